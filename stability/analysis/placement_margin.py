@@ -126,6 +126,7 @@ Sparse: TypeAlias = Any  # by row; scipy's matrices have no types
 
 ACCURACY = 1e-11  # requested accuracy of the solver
 BALANCED = 1e-9  # accepted residual as a share of the load capacity: rounding
+NOTICED = 1e-6  # share of the reach of a contact: an error that stands out from rounding
 ALIKE = 1e-5  # share by which a border may have more left than the worst one and still limit equally
 DIGITS = 3  # of a bearing in degrees: with more, rounding would tell one direction twice
 FURTHEST = 1e3  # half diagonals; loads that can be displaced so far can be displaced without limit
@@ -393,7 +394,7 @@ def _limits(rule: Recourse, edges: _Edges, share: Array) -> tuple[PlacementLimit
     least = share.min(initial=inf)
     found = defaultdict[tuple[BodyId, BodyId], set[float]](set)
     outward = -np.concatenate([patch.inward for patch in rule.patches]) if rule.patches else np.zeros((0, 2))
-    for edge in np.flatnonzero(share <= least * (1.0 + ALIKE)) if least < inf else ():
+    for edge in np.flatnonzero(share <= least + ALIKE * abs(least)) if least < inf else ():
         patch, (x, y) = rule.patches[edges.patch[edge]], outward[edge]
         found[patch.lower, patch.upper].add(round(degrees(atan2(y, x)), DIGITS) % 360.0)
     ordered = sorted(found, key=lambda pair: (natural_key(pair[1]), natural_key(pair[0])))
@@ -481,13 +482,17 @@ def placement(problem: Problem, tolerance: float = 1e-7, planes: Collection[Body
         )
     patches = plan_patches(problem, planes)
     whole = _answer(problem, patches, 0.0)
-    if whole is None or not whole.displacement > 0.0:  # also catches NaN
-        return PlacementMargin(0.0, reason=UNSAFE)
     widest = max((patch.reach for patch in patches if not patch.moving), default=1.0)
+    if whole is None or not whole.displacement > -BALANCED * widest:  # also catches NaN
+        return PlacementMargin(0.0, reason=UNSAFE)
     if whole.displacement == inf and _survives(_answer(problem, patches, widest)):
         return PlacementMargin(inf)
     value, limits = _crossing(problem, patches, whole, min(whole.displacement, widest), tolerance)
-    return PlacementMargin(value, limits, "" if value > 0.0 else UNSAFE)
+    if value > BALANCED * widest:
+        return PlacementMargin(value, limits)
+    # The rest is rounding. A larger error, which is not survived, shows where the load gets beyond a border.
+    beyond = _answer(problem, patches, NOTICED * widest)
+    return PlacementMargin(0.0, () if beyond is None else beyond.limits, UNSAFE)
 
 
 UNSAFE = "the structure depends on contacts at edges, corners or inclined faces, or has no reserve"

@@ -373,6 +373,8 @@ def margin_texts(margins: VerdictMargins) -> Iterator[str]:
         yield f"friction down to {rounded_up(float(f'{margins.friction:.6g}'))}"
     if margins.placement == inf:  # all bricks lie on the ground, none on another brick
         yield "any placement error of every brick"
+    elif margins.placement == 0.0 and margins.joints:
+        yield "no placement error: it has no reserve"
     elif margins.placement is not None:
         yield f"a placement error of {survived_text(1000.0 * margins.placement)} mm of every brick"
 

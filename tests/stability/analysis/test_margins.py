@@ -235,6 +235,13 @@ def test_a_plank_that_hangs_over_may_sit_off_by_half_of_what_its_centre_is_insid
     assert margin.limits == (PlacementLimit("below", "above", (0.0,)),)
 
 
+@pytest.mark.parametrize("count", [4, 9, 12])
+def test_a_column_at_its_exact_limit_has_no_reserve_and_is_limited_by_its_lowest_contact(count: int) -> None:
+    margin = placement(column(count, LENGTH / count))
+    assert margin.value == 0.0
+    assert margin.limits == (PlacementLimit("b000", "b001", (0.0,)),)
+
+
 def test_all_contacts_that_limit_a_placement_error_equally_are_named_with_their_directions() -> None:
     for count in (3, 9):
         limits = placement(column(count)).limits
