@@ -14,7 +14,7 @@ import click
 
 from stability.name_order import names_text
 from stackdsl.checking.cache import ResultCache
-from stackdsl.checking.cases import STDIN, gather, survey
+from stackdsl.checking.cases import STDIN, GatheredCases, gather, survey
 from stackdsl.checking.check import unused_goldens
 from stackdsl.checking.selection import KeywordError, expression_of
 from stackdsl.cli.check import goldens_and_state, project_around
@@ -30,8 +30,10 @@ from stackdsl.goldens.golden import (
     PendingStore,
     StaleError,
     content_of,
+    is_lost,
     is_there,
     keeper_in,
+    obsolete,
     refuse_in_ci,
     remove_obsolete,
 )
@@ -74,6 +76,7 @@ def why_not(pending: Pending, waiting: PendingStore) -> str:
 # `stackdsl golden`: lists pending changes, and accepts or rejects them.
 
 
+RENAMED: Final = "if it was renamed, pytest --snapshot-update names the new file; otherwise delete the golden files"
 KEYS: Final = "a: accept, r: reject, s: skip, q: quit"
 KEYS_OF_FAILING: Final = "A: accept although it fails, r: reject, s: skip, q: quit"
 
@@ -280,19 +283,18 @@ def reject(context: click.Context, keyword: str) -> None:
 def prune(context: click.Context, dry_run: bool) -> None:
     """Remove golden files without a variant in the scenarios of the project, unless a scenario is invalid."""
     place: GoldenFiles = context.obj
-    gathered = gather([place.scenarios])
-    if gathered.diagnostics or not gathered.cases:
-        tell(f"{place.scenarios} has invalid scenarios or none, so unused golden files are unknown; check it first")
-        context.exit(ExitCode.INVALID)
-    unused = unused_goldens(gathered, place.golden)
+    unused = _unused(context, place)
     if not dry_run:
         _refuse_in_ci()
     for file in unused if dry_run else remove_obsolete(unused):
         write(f"{'obsolete' if dry_run else 'removed'}: {file}")
     if not unused:
         write("nothing to remove")
-        for keeper, files in _kept(place.golden).items():
-            write(f"kept: {visible(names_text(files))}, by {visible(keeper)}; pytest tells which of them no test uses")
+    for keeper, files in _kept(place.golden).items():
+        lost = is_lost(keeper, place.golden)
+        remedy = f", which does not exist; {RENAMED}" if lost else "; pytest tells which of them no test uses"
+        if lost or not unused:
+            write(f"kept: {visible(names_text(files))}, by {visible(keeper)}{remedy}")
     if not dry_run:
         waiting = place.pending("")
         gone = no_longer_cases(waiting, place.waiting)
@@ -301,12 +303,25 @@ def prune(context: click.Context, dry_run: bool) -> None:
                 place.waiting.reject(pending)
 
 
+def _unused(context: click.Context, place: GoldenFiles) -> tuple[str, ...]:
+    """Return the golden files that have no owner; exit if that is unknown."""
+    gathered = gather([place.scenarios]) if place.scenarios.exists() else GatheredCases((), ())
+    if gathered.diagnostics:
+        tell(f"{place.scenarios} has invalid scenarios, so unused golden files are unknown; check it first")
+        context.exit(ExitCode.INVALID)
+    if not gathered.cases and (unknown := obsolete(place.golden, (), whole_set=True)):
+        told = f"{place.scenarios} has no scenarios, so the owner of {visible(names_text(unknown))} is unknown"
+        tell(f"{told}; set `scenarios` in stackdsl.toml, or delete the golden files without scenarios")
+        context.exit(ExitCode.INVALID)
+    return unused_goldens(gathered, place.golden)
+
+
 def _kept(golden: Path) -> Mapping[str, list[str]]:
-    """Return the golden files by the existing Python file that keeps them."""
+    """Return the golden files by the Python file that keeps them, or kept them before it was renamed or deleted."""
     kept = defaultdict[str, list[str]](list)
     for file in sorted(golden.glob("*/*.json")):
         keeper = keeper_in(content_of(str(file)))
-        if keeper.endswith(".py") and is_there(keeper, golden):
+        if keeper.endswith(".py") and (is_there(keeper, golden) or is_lost(keeper, golden)):
             kept[keeper].append(file.as_posix())
     return kept
 

@@ -105,8 +105,11 @@ def golden(request: pytest.FixtureRequest) -> "Golden":
     """Return a function from the identity of a snapshot to its golden file; the module docstring shows a test."""
     if not request.config.pluginmanager.has_plugin("syrupy"):
         pytest.fail(NEEDS_SYRUPY, pytrace=False)
+    from stackdsl.goldens.golden import REFUSED, is_ci  # noqa: PLC0415 -- only for golden files
     from stackdsl.pytest_plugin.shared_snapshots import compare_with_golden, lock_of  # noqa: PLC0415 -- syrupy is optional
 
+    if request.config.getoption("update_snapshots", default=False) and is_ci(os.environ):
+        pytest.fail(REFUSED, pytrace=False)
     return compare_with_golden(request.getfixturevalue("snapshot"), lock_of(request))
 
 
@@ -130,22 +133,37 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
     """
     if "stackdsl.pytest_plugin.scenario_file" not in sys.modules:
         return
-    from stackdsl.pytest_plugin.scenario_file import LockedFiles  # noqa: PLC0415 -- only for scenarios
+    from stackdsl.pytest_plugin.scenario_file import ACCEPT, LockedFiles  # noqa: PLC0415 -- only for scenarios
     from stackdsl.report.golden_differences import unclear_lines  # noqa: PLC0415 -- likewise
 
     for line in unclear_lines(config.stash.get(LockedFiles, {}).values()):
         terminalreporter.write_line(line)
     if "stackdsl.pytest_plugin.shared_snapshots" not in sys.modules:
         return
-    from stackdsl.pytest_plugin.shared_snapshots import remove_unused, unused_files  # noqa: PLC0415 -- syrupy is optional
+    from stackdsl.pytest_plugin import shared_snapshots as shared  # noqa: PLC0415 -- syrupy is optional
 
-    for file in unused_files(config, _passed_files(terminalreporter, config)):
+    passed = _passed_files(terminalreporter, config)
+    for file, owner, user in shared.moved_files(config, passed):
+        written = shared.hand_over(config, file, user)
+        told = "belongs to" if written else f"names {owner}, and {ACCEPT} changes this to"
+        terminalreporter.write_line(f"golden file {os.path.relpath(file)} {told} {user}")
+    for file in shared.unused_files(config, passed, _is_whole(terminalreporter, config, passed)):
         shown = os.path.relpath(file)
-        if remove_unused(config, file):
+        if shared.remove_unused(config, file):
             terminalreporter.write_line(f"removed golden file, which no test uses: {shown}", yellow=True)
         else:
-            remedy = "remove it with: pytest --snapshot-update"
+            remedy = f"remove it with: {ACCEPT}"
             terminalreporter.write_line(f"obsolete golden file, which no test uses: {shown}; {remedy}", yellow=True)
+
+
+def _is_whole(terminalreporter: pytest.TerminalReporter, config: pytest.Config, passed: list[Path]) -> bool:
+    """Return whether the test files that have passed are all of the project: none was left out by an option."""
+    here = config.invocation_params.dir == config.rootpath
+    named = config.args_source is config.ArgsSource.ARGS
+    ignored = config.getoption("ignore") or config.getoption("ignore_glob")
+    left_out = ignored or terminalreporter.stats.get("deselected") or terminalreporter.stats.get("error")
+    items = config.stash.get(Collected, [])
+    return here and not named and not left_out and bool(items) and {item.path for item in items} == set(passed)
 
 
 def _passed_files(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> list[Path]:

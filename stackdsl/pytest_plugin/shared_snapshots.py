@@ -17,6 +17,7 @@ from typing import ClassVar, NamedTuple
 import pytest
 from syrupy.assertion import SnapshotAssertion
 from syrupy.data import SnapshotCollection, SnapshotCollections
+from syrupy.extensions.base import AbstractSyrupyExtension
 from syrupy.extensions.json import JSONSnapshotExtension
 from syrupy.location import PyTestLocation
 from syrupy.types import PropertyFilter, PropertyMatcher, SerializableData, SerializedData, SnapshotIndex
@@ -29,12 +30,14 @@ from stackdsl.goldens.golden import (
     check_golden,
     content_of,
     is_ci,
+    is_lost,
     judge_text,
     keeper_in,
     keeper_of,
     refusal,
     refuse_in_ci,
     remove_obsolete,
+    with_keeper,
     write_golden,
 )
 from stackdsl.goldens.snapshot import Identity, Snapshot
@@ -54,7 +57,7 @@ class Locked(NamedTuple):
 
     test: str
     text: str  # of the snapshot
-    keeper: str
+    keepers: set[str]  # owners whose tests use the file
 
 
 UsedFiles = pytest.StashKey[dict[Path, Locked]]()
@@ -77,7 +80,8 @@ class Lock:
     def refuse(self, snapshot: Snapshot, text: str) -> None:
         """Fail the test if another one has locked another run in its file, or if the run must not be accepted."""
         file = self.folder / golden_name(snapshot.identity)
-        first = self.used.setdefault(file, Locked(self.test, text, self.keeper))
+        first = self.used.setdefault(file, Locked(self.test, text, set()))
+        first.keepers.add(self.keeper)
         if first.test != self.test and not _agree(first.text, text):
             self.used[file] = first._replace(text="")  # so that no later run is written
             self.take_back(file)
@@ -127,26 +131,58 @@ def _agree(stored: str, text: str) -> bool:
     return bool(judge_text("", stored, json.loads(text)))
 
 
-def unused_files(config: pytest.Config, tests: Iterable[Path]) -> Iterator[Path]:
-    """Yield the golden files of these test files, all of whose tests have passed, that no test has used."""
+def unused_files(config: pytest.Config, tests: Iterable[Path], whole: bool) -> Iterator[Path]:
+    """Yield the golden files of these test files, all of whose tests have passed, that no test has used.
+
+    If these are all test files of the project (`whole`), golden files of test files that no longer exist are included.
+    """
     used = config.stash.get(UsedFiles, {})
-    owners = defaultdict[Path, set[str]](set)  # by directory of golden files
+    for folder, keepers in _keepers_of(config, tests).items():
+        for file in sorted(folder.glob("*/*.json")):
+            if file not in used and str(file) not in COMPARED:
+                keeper = keeper_in(content_of(str(file)))
+                if keeper in keepers or (whole and is_lost(keeper, folder)):
+                    yield file
+
+
+def _keepers_of(config: pytest.Config, tests: Iterable[Path]) -> dict[Path, set[str]]:
+    """Return the names of test files as owners, by directory of golden files."""
+    owners = defaultdict[Path, set[str]](set)
     for test in tests:
         folder = golden_directory(config, test)
-        owners[folder].add(keeper_of(str(test), folder, scenario_directory(config, test)))
-    for folder, keepers in owners.items():
-        for file in sorted(folder.glob("*/*.json")):
-            if (
-                file not in used
-                and str(file) not in COMPARED
-                and keeper_in(content_of(str(file))) in keepers - {"", ELSEWHERE}
-            ):
-                yield file
+        owners[folder] |= {keeper_of(str(test), folder, scenario_directory(config, test))} - {"", ELSEWHERE}
+    return owners
+
+
+def moved_files(config: pytest.Config, tests: Iterable[Path]) -> Iterator[tuple[Path, str, str]]:
+    """Yield the golden files in use whose owner does not use them, with that owner and one that does.
+
+    The owner no longer exists, or is among `tests`, all of whose tests have passed.
+    """
+    owners = _keepers_of(config, tests)
+    for file, locked in config.stash.get(UsedFiles, {}).items():
+        folder = directory_of(file)
+        keeper, users = keeper_in(content_of(str(file))), sorted(locked.keepers - {"", ELSEWHERE})
+        if users and keeper not in users and (keeper in owners.get(folder, ()) or is_lost(keeper, folder)):
+            yield file, keeper, users[0]
+
+
+def hand_over(config: pytest.Config, file: Path, user: str) -> bool:
+    """Write the owner that uses a golden file into it, if golden files are updated; return whether it was written."""
+    content = content_of(str(file))
+    if not _updates(config) or not isinstance(content, bytes):
+        return False
+    write_golden(file, with_keeper(content, user).decode("utf-8", "surrogateescape"), directory_of(file))
+    return True
+
+
+def _updates(config: pytest.Config) -> bool:
+    return bool(config.getoption("update_snapshots", default=False)) and not is_ci(os.environ)
 
 
 def remove_unused(config: pytest.Config, file: Path) -> bool:
     """Remove a golden file that no test uses, if golden files are updated; return whether it was removed."""
-    if not config.getoption("update_snapshots", default=False) or is_ci(os.environ):
+    if not _updates(config):
         return False
     folder = directory_of(file)
     PendingStore(state_directory(config, folder, folder), folder).forget([str(file)])
@@ -200,6 +236,12 @@ class GoldenExtension(JSONSnapshotExtension):
     ) -> SnapshotCollections:
         """Return none, so that syrupy neither reports nor deletes golden files that this session does not read."""
         return SnapshotCollections()
+
+    @classmethod
+    def get_snapshot_name(cls, *, test_location: PyTestLocation, index: SnapshotIndex = 0) -> str:
+        """Return the test, from which syrupy requires a name to start, with its golden file."""
+        file = os.path.relpath(cls.get_location(test_location=test_location, index=index))
+        return AbstractSyrupyExtension.get_snapshot_name(test_location=test_location, index=file)
 
     @classmethod
     def dirname(cls, *, test_location: PyTestLocation) -> str:
