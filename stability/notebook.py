@@ -85,3 +85,13 @@ class Displayed:
     def _repr_mimebundle_(self, include: Container[str] | None = None, exclude: object = None) -> dict[str, str]:
         """Return the value as text and as HTML, for notebooks; the HTML only if it is wanted."""
         return bundle([display_of(self)], include)
+
+
+class Printed(Displayed):
+    """A value that `print` shows as the text of a notebook."""
+
+    __slots__ = ()
+
+    def __str__(self) -> str:
+        """Return the lines that a notebook shows."""
+        return display_of(self).text

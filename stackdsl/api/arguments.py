@@ -1,6 +1,32 @@
 """Checks the arguments of a call: each error names the argument and what to give."""
 
+from collections.abc import Callable
+from functools import wraps
+from inspect import signature
 from types import UnionType
+from typing import ParamSpec, TypeVar
+
+Parameters = ParamSpec("Parameters")
+Result = TypeVar("Result")
+
+
+def with_remedy(remedy: str) -> Callable[[Callable[Parameters, Result]], Callable[Parameters, Result]]:
+    """Return a decorator that adds a remedy to the TypeError for arguments that a function does not have."""
+
+    def decorated(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
+        has = signature(function)
+
+        @wraps(function)
+        def called(*values: Parameters.args, **named: Parameters.kwargs) -> Result:
+            try:
+                has.bind(*values, **named)
+            except TypeError as error:
+                raise TypeError(f"{function.__name__} {error}; {remedy}") from None
+            return function(*values, **named)
+
+        return called
+
+    return decorated
 
 
 def refuse_other_types(kind: type | UnionType, wanted: str, **values: object) -> None:

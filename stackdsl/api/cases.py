@@ -7,11 +7,14 @@ from typing import Final, Protocol, TypeAlias
 
 from stackdsl.api.arguments import refuse_other_types
 from stackdsl.api.python_remedies import in_python
+from stackdsl.api.written import callers_place
 from stackdsl.checking.cases import Case, cases_of, gather
-from stackdsl.diagnostics import Diagnostic, meant_choice
+from stackdsl.diagnostics import Diagnostic, Span, meant_choice
 from stackdsl.importers.expansion import expand_file
+from stackdsl.language.expressions import constant, unit_text
+from stackdsl.language.quantities import QUANTITY, InputError
 from stackdsl.language.yaml.includes import Library
-from stackdsl.language.yaml.source import Loaded, Plain, Source, parse
+from stackdsl.language.yaml.source import KeyPath, Loaded, Plain, Source, parse
 from stackdsl.report.diagnostics import diagnostic_text
 
 TEXT: Final = "text"  # stands for the file of a text
@@ -43,7 +46,7 @@ def load(*paths: Path | str, **variables: str | float) -> tuple[Case, ...]:
     `variables` gives variables of `let` and `matrix` other values, such as `step="14 mm"`, which the names of the cases
     then have.
 
-    Raises TypeError for a variable that no scenario has.
+    Raises TypeError for a variable that no scenario has, and ValueError for a number without its unit.
 
     Raises ScenarioError if a scenario is invalid or a file cannot be read, and LookupError if there is no scenario.
     """
@@ -92,7 +95,10 @@ def _with_values(cases: tuple[Case, ...], variables: Mapping[str, str | float], 
             raise TypeError(
                 f"no scenario in {where} has a variable '{name}'{f'; did you mean {meant!r}?' if meant else has}"
             )
-    found, mistakes = cases_of(Loaded(tuple(_fixed(written, variables) for written in scenarios), ()))
+    for written in scenarios:
+        _refuse_other_units(_rows(written.values), variables)
+    place = callers_place()
+    found, mistakes = cases_of(Loaded(tuple(_fixed(written, variables, place) for written in scenarios), ()))
     return _valid(found, mistakes, where)
 
 
@@ -101,20 +107,49 @@ CHOICES: Final = ("let", "matrix")
 
 def _names(values: Mapping[str, Plain]) -> Iterator[str]:
     """Yield the names of the variables of a scenario that have one value or a row of values."""
-    for key in CHOICES:
-        rows = values.get(key)
-        yield from rows if isinstance(rows, dict) else ()
+    for row in _rows(values).values():
+        yield from row
 
 
-def _fixed(written: Source, variables: Mapping[str, str | float]) -> Source:
-    """Return a scenario whose matrix has one value for each of these variables, so that the names of cases tell it."""
+def _rows(values: Mapping[str, Plain]) -> dict[str, dict[str, Plain]]:
+    return {key: row for key in CHOICES if isinstance(row := values.get(key), dict)}
+
+
+def _refuse_other_units(rows: Mapping[str, Mapping[str, Plain]], variables: Mapping[str, str | float]) -> None:
+    """Raise ValueError for a number whose unit is not of the kind that the file has."""
+    for name, value in variables.items():
+        held = next((row[name] for row in rows.values() if name in row), None)
+        was = QUANTITY.fullmatch(str(held[0] if isinstance(held, list) and held else held).strip())
+        now = QUANTITY.fullmatch(str(value).strip())
+        if was is None or now is None or (float(now["number"]) == 0.0 and not now["unit"]):
+            continue  # a word or an expression, or a zero, which needs no unit
+        remedy = f"write {name}='{now['number']} {was['unit']}'" if was["unit"] else f"write {name}={now['number']}"
+        if bool(was["unit"]) != bool(now["unit"]):
+            fault = "no unit" if was["unit"] else f"a unit, but '{name}' is a number without a unit"
+            raise ValueError(f"{name}={value!r} has {fault}; {remedy}")
+        try:
+            same = unit_text(constant(was[0])) == unit_text(constant(now[0]))
+        except InputError as mistake:
+            raise ValueError(f"{name}={value!r}: {mistake.message}; {remedy}") from mistake
+        if not same:
+            raise ValueError(f"{name}={value!r} has another kind of unit than '{was[0]}' in the file; {remedy}")
+
+
+def _fixed(written: Source, variables: Mapping[str, str | float], place: Span) -> Source:
+    """Return a scenario whose matrix has one value for each of these variables, so that the names of cases tell it.
+
+    `place` is that of the call with the values.
+    """
     own: dict[str, Plain] = {name: [value] for name, value in variables.items() if name in _names(written.values)}
-    rows = {key: value for key in CHOICES if isinstance(value := written.values.get(key), dict)}
+    spans: dict[KeyPath, Span] = {
+        path: replace(place, key=name) for name in own for path in (("matrix", name), ("matrix", name, 0))
+    }
+    rows = _rows(written.values)
     let = {name: value for name, value in rows.get("let", {}).items() if name not in own}
     values = {key: value for key, value in written.values.items() if key not in CHOICES}
     values |= {"matrix": {**rows.get("matrix", {}), **own}} if own or "matrix" in rows else {}
     values |= {"let": let} if let else {}
-    return replace(written, values=values)
+    return replace(written, values=values, value_spans={**written.value_spans, **spans})
 
 
 def _valid(cases: Sequence[Case], mistakes: Sequence[Diagnostic], where: str) -> tuple[Case, ...]:

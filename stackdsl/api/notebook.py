@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final, TypeVar
 
 from stability.notebook import Display, Displayed, Printer, bundle, display_of
+from stackdsl.api.written import yaml_text
 from stackdsl.checking.cases import SUFFIXES, Case
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
@@ -48,6 +49,15 @@ class Several(tuple[Shown, ...]):
 
 def _display(status: Status, title: str, lines: Iterable[tuple[str, str]]) -> Display:
     return Display(title, [*lines], f"{MARKS[status]} {status}", GOOD.get(status))
+
+
+@display_of.register
+def _(case: Case) -> Display:
+    """Return the values of a case, where its scenario is, and its YAML."""
+    bricks = sum(not placement.hits for placement in case.timeline.placements)
+    place = case.written.span_of(("scenario",))
+    lines = [*case.parameters, ("system", case.system), ("bricks", str(bricks)), ("scenario", str(place))]
+    return Display(case.name, lines, aligned=yaml_text(case.written.values).splitlines())
 
 
 @display_of.register
@@ -121,6 +131,8 @@ def _replay(case: Case, trace: Trace) -> str:
 def _none(why: str, case: Case) -> str:
     """Return why there is no replay, and the command that writes one as a page."""
     in_yaml = Path(case.file).suffix in SUFFIXES
+    if in_yaml and not case.is_in_file:  # no command selects it
+        return f"<p>No replay is shown: {escape(why)}.</p>"
     file = case.file if in_yaml else "scenario.yaml"
     command = escape(shlex.join(["stackdsl", "run", file, "-k", case.name, "--html", "run.html"]))
     first = "" if in_yaml else "<code>Path(&quot;scenario.yaml&quot;).write_text(scenario.to_yaml())</code> and "

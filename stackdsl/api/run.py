@@ -18,7 +18,7 @@ from stackdsl.api.cases import OneCase, ScenarioError, one_case
 from stackdsl.api.notebook import Several, run_display
 from stackdsl.api.run_table import Row, Table
 from stackdsl.api.written import CELL, Written, copied, spans_of
-from stackdsl.checking.cases import FUNCTIONS_OF_A_CASE, Case, cases_of
+from stackdsl.checking.cases import FUNCTIONS_OF_A_CASE, PICTURES, Case, cases_of
 from stackdsl.checking.failure_cause import failure_cause_of
 from stackdsl.checking.play_case import play_case, with_margins
 from stackdsl.checking.results import judged, missed_by, snapshot_of
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     import polars as pl
 
 
-PICTURES: Final = ("animate", "draw", "html", "picture", "plot", "render", "replay", "show", "view")  # guessed names
 NOT_OF_THE_RUN: Final = ("expect", "truth", "skip", "xfail")  # keys that do not affect the run
 
 

@@ -2,16 +2,14 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from typing import TYPE_CHECKING, Final, NoReturn
-
-import yaml
+from typing import TYPE_CHECKING, NoReturn
 
 from stability.name_order import names_text
 from stability.notebook import Display, Displayed, display_of
 from stackdsl.api.cases import ScenarioError
-from stackdsl.api.run import PICTURES, Run, play
-from stackdsl.api.written import Written, copied, spans_of, written
-from stackdsl.checking.cases import FUNCTIONS_OF_A_CASE, Case, cases_of
+from stackdsl.api.run import Run, play
+from stackdsl.api.written import Written, copied, spans_of, written, yaml_text
+from stackdsl.checking.cases import FUNCTIONS_OF_A_CASE, PICTURES, Case, cases_of
 from stackdsl.diagnostics import unknown_attribute
 from stackdsl.importers.expansion import expand_file
 from stackdsl.language.yaml.includes import Library
@@ -19,8 +17,6 @@ from stackdsl.language.yaml.source import Loaded, Source
 from stackdsl.results import VariantResult
 from stackdsl.trace import Event
 from stackdsl.wording import how_many
-
-WIDTH: Final = 120  # [characters] of a YAML line
 
 
 class Scenario(Displayed):
@@ -143,7 +139,7 @@ class Scenario(Displayed):
 
     def to_yaml(self) -> str:
         """Return the scenario as equivalent YAML."""
-        return yaml.safe_dump(copied(self._written), sort_keys=False, allow_unicode=True, width=WIDTH)
+        return yaml_text(self._written)
 
     def __repr__(self) -> str:
         """Return the name; the scenario need not be valid."""

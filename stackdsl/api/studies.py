@@ -5,7 +5,7 @@ from typing import Final
 
 from stability.analysis.weakest import Apart
 from stability.notebook import Display, display_of
-from stackdsl.api.arguments import refuse_other_types, refuse_outside
+from stackdsl.api.arguments import refuse_other_types, refuse_outside, with_remedy
 from stackdsl.api.cases import OneCase, one_case
 from stackdsl.api.notebook import lines_display
 from stackdsl.judging.proofs import Survival
@@ -31,6 +31,7 @@ __all__ = [
 ]
 
 
+@with_remedy("name the number as largest=, least= or most=, such as find(case, largest='step')")
 def find(
     case: OneCase,
     *,
@@ -129,6 +130,7 @@ def _(found: CaseMargins) -> Display:
         tilt=found.tilt,
         friction=found.friction,
         placement=found.placement,
+        joints=found.joints,
     )
     texts = [*margin_texts(known)] or ["any disturbance"]
     lines = [*zip(["survives", *[""] * (len(texts) - 1)], texts, strict=True)]

@@ -8,11 +8,14 @@ from pathlib import Path as FilePath
 from types import FrameType
 from typing import Final
 
+import yaml
+
 from stackdsl.api.python_remedies import python_name
 from stackdsl.diagnostics import Span
 from stackdsl.language.yaml.source import KeyPath, Plain
 
 HERE: Final = str(FilePath(__file__).parent)
+WIDTH: Final = 120  # [characters] of a YAML line
 CELL: Final = "In["  # begins the name of a cell, which is no file
 
 
@@ -100,6 +103,11 @@ def _keyed(within: str, key: str | int, member: object) -> str:
         return f"{within}.{python_name(key)}"
     is_time = key == "at" and isinstance(member, str | int | float)  # the place of a brick is a list
     return "when" if is_time else "name" if key == "scenario" else python_name(key)
+
+
+def yaml_text(values: Plain) -> str:
+    """Return values as YAML."""
+    return yaml.safe_dump(copied(values), sort_keys=False, allow_unicode=True, width=WIDTH)
 
 
 def copied(value: Plain) -> Plain:

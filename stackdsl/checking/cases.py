@@ -12,6 +12,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn, TypeAlias
 
+from stability.notebook import Displayed
 from stability.process_settings import uncollected
 from stackdsl.checking.cache import ResultCache
 from stackdsl.compiler.compile import bricks_at_most, compile_timeline
@@ -37,11 +38,12 @@ STDIN_SHOWN: Final = "<stdin>"
 MAX_BRICKS = 100_000  # in all variants of a scenario; takes some seconds and some hundred megabytes to compile
 
 
+PICTURES: Final = ("animate", "draw", "html", "picture", "plot", "render", "replay", "show", "view")  # guessed names
 FUNCTIONS_OF_A_CASE: Final = ("play", "find", "fragility", "margins", "sensitivities", "survive", "sweep")  # in Python
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class Case:
+class Case(Displayed):
     """One scenario in one variant on one system, ready to be played."""
 
     source: Source  # with all repeats expanded
@@ -81,6 +83,13 @@ class Case:
     def file(self) -> str:
         """The displayed path of the scenario's file."""
         return self.source.file
+
+    @property
+    def is_in_file(self) -> bool:
+        """Whether commands on its file select this case: the file is YAML, and Python gave no variable a value."""
+        places = (self.written.value_spans.get(("matrix", name)) for name, _ in self.parameters)
+        in_yaml = self.file == STDIN_SHOWN or Path(self.file).suffix.lower() in SUFFIXES
+        return in_yaml and not any(place is not None and place.key for place in places)
 
     def on(self, system: str) -> "Case":
         """Return this case on another system."""
@@ -126,6 +135,9 @@ class Case:
         def __getattr__(self, name: str) -> NoReturn:
             """Raise AttributeError, which says which function of `stackdsl` to call."""
             remedies = {each: f"write `{each}(case)` with {each} of stackdsl" for each in FUNCTIONS_OF_A_CASE}
+            remedies |= dict.fromkeys(
+                PICTURES, "a notebook shows the replay of a run; write `play(case)` as the last line of a cell"
+            )
             remedies |= dict.fromkeys(
                 ("with_", "replace", "set"), "write `load(path, step=...)` for another value of the variable `step`"
             )

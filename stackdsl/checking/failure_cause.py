@@ -70,7 +70,9 @@ def _limit_of_margins(case: Case, trace: Trace) -> str:
 
 
 def _see(case: Case, proven: bool) -> str:
-    """Return a shell command that shows the proof if there is one, else the run."""
+    """Return a shell command that shows the proof if there is one, else the run; without one, a call in Python."""
+    if not case.is_in_file:
+        return "print(run.cause)"
     explains = proven and system_named(case.system).method is Method.PROVEN
     # A path with a leading dash would be read as an option.
     file = f"./{case.file}" if case.file.startswith("-") else "-" if case.file == STDIN_SHOWN else case.file

@@ -21,7 +21,7 @@ from stability.analysis.weakest import (
 )
 from stability.dynamics.onset import as_it_begins
 from stability.model import BodyId
-from stability.notebook import Displayed
+from stability.notebook import Printed
 from stability.problem import Motion, Placed, Problem, Stability, Stage, Tolerances, Verdict
 from stability.statics.assembly import Assembly
 from stability.statics.equilibrium import separating_motion
@@ -297,7 +297,7 @@ class BearingSurvival:
 
 
 @dataclass(frozen=True, slots=True)
-class Survival(Displayed):
+class Survival(Printed):
     """Bearings all around, from +x on, and the weakest mechanism over all bearings, also those in between."""
 
     along: Sequence[BearingSurvival]

@@ -11,7 +11,7 @@ from stability.analysis.acceleration_margin import acceleration
 from stability.analysis.bearings import along_bearings
 from stability.analysis.margins import counterweight, least_friction
 from stability.contact_law import as_friction
-from stability.notebook import Displayed
+from stability.notebook import Printed
 from stability.problem import Motion, Problem, Stability
 from stability.statics.assembly import Assembly
 from stability.statics.fall_description import described
@@ -299,7 +299,7 @@ class End(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class FoundLimit(Displayed):
+class FoundLimit(Printed):
     """The result of a search for the limit of one number of one case."""
 
     case: str
@@ -323,6 +323,11 @@ class FoundLimit(Displayed):
     place: str = ""  # position of the number in the file
     others: str = ""  # note on related numbers that stay fixed or change with it
     moment: float | None = None  # time of the placement at which it falls [s]
+
+    @property
+    def limit(self) -> float | None:
+        """The last number proven to stand, in `unit`; None if no limit was found."""
+        return self.stands if self.end is End.LIMIT else None
 
 
 @dataclass(frozen=True, slots=True)

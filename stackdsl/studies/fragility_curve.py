@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 from scipy.special import bdtr, chdtrc, chdtri, log_ndtr, ndtr, ndtri, stdtrit
 
 from stability.geometry.rows import Array
-from stability.notebook import Displayed
+from stability.notebook import Printed
 from stackdsl.judging.statistics import Interval, interval
 from stackdsl.sampling.sample_outcomes import SampleOutcome
 from stackdsl.studies.fragility_intensity import Capacity, Intensity
@@ -263,7 +263,7 @@ class CurvePoint:
 
 
 @dataclass(frozen=True, slots=True)
-class Fragility(Displayed):
+class Fragility(Printed):
     """A fragility curve, its points, and the settings."""
 
     intensity: Intensity

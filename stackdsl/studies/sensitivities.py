@@ -16,7 +16,7 @@ from stability.analysis.margins import least_friction
 from stability.analysis.sensitivity import MarginLimit, acceleration_limits, friction_limits, slopes
 from stability.geometry.vectors import add_scaled, cross, unit
 from stability.model import BodyId, Pose, Vec3
-from stability.notebook import Displayed
+from stability.notebook import Printed
 from stability.problem import Contact, Placed, Problem, Stability, Wrench
 from stability.statics.assembly import Assembly
 from stability.statics.structure import Structure
@@ -79,7 +79,7 @@ class Effect:
 
 
 @dataclass(frozen=True, slots=True)
-class Sensitivities(Displayed):
+class Sensitivities(Printed):
     """The effects of all numbers on one margin of one case, the largest first."""
 
     case: str

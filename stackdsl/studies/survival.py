@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from stability.analysis.weakest import Weakest
 from stability.name_order import names_text
-from stability.notebook import Displayed, display_of
+from stability.notebook import Printed, display_of
 from stability.statics.fall_description import fall_side
 from stackdsl.checking.cases import Case
 from stackdsl.judging.proofs import ALL, Proofs, Survival, margins_of_assembly, proofs_of, survival_of
@@ -42,7 +42,7 @@ def survive_in(
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class CaseMargins(Displayed):
+class CaseMargins(Printed):
     """The disturbances that a structure survives, in SI units; each is None if it is not proven to stand."""
 
     name: str  # of the case
@@ -58,12 +58,8 @@ class CaseMargins(Displayed):
     joints: tuple["PlacementLimit", ...] = ()  # the contacts that limit `placement` equally
     notes: tuple[str, ...] = ()  # parts of the case that are not judged
 
-    def __str__(self) -> str:
-        """Return the lines that a notebook shows: an infinite margin, or none, in words."""
-        return display_of(self).text
-
     def __repr__(self) -> str:
-        """Return the same on one line, which pytest shows where an assertion fails."""
+        """Return the text of `print` on one line, which pytest shows where an assertion fails."""
         told = display_of(self)
         return f"<{told.word} {told.title}: {'; '.join(text for _, text in told.lines)}>"
 

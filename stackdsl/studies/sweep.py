@@ -11,7 +11,7 @@ from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import Final, Protocol
 
-from stability.notebook import Displayed
+from stability.notebook import Printed
 from stackdsl.judging.statistics import Interval, interval
 from stackdsl.studies.sweep_plan import (
     FAILED,
@@ -316,7 +316,7 @@ UNKNOWN: Final = ("undecided", "unfit", FAILED)  # verdicts of samples that may 
 
 
 @dataclass(frozen=True, slots=True)
-class SweptCase(Displayed):
+class SweptCase(Printed):
     """The results of one case so far."""
 
     entry: PlannedCase

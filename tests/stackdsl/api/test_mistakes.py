@@ -6,6 +6,7 @@ import re
 import sys
 from collections.abc import Callable
 from dataclasses import FrozenInstanceError
+from inspect import currentframe
 from pathlib import Path
 from typing import Any
 
@@ -165,8 +166,44 @@ def test_load_gives_variables_other_values_which_the_names_of_the_cases_have(tmp
         loads(VARIABLES, stpe="14 mm")
     with pytest.raises(TypeError, match="has a variable 'gap'; variables: levels, step"):
         loads(VARIABLES, gap="14 mm")
-    with pytest.raises(ScenarioError, match="expected a length"):
-        loads(VARIABLES, step=14)
+
+
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [
+        ({"step": 14}, "step=14 has no unit; write step='14 mm'"),
+        ({"step": "14 kg"}, "step='14 kg' has another kind of unit than '12 mm' in the file; write step='14 mm'"),
+        ({"step": "14 foo"}, "write step='14 mm'"),
+        ({"levels": "9 mm"}, "levels='9 mm' has a unit, but 'levels' is a number without a unit; write levels=9"),
+    ],
+)
+def test_a_value_of_another_kind_is_told_at_the_argument(values: dict[str, Any], told: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(told)):
+        loads(VARIABLES, **values)
+    assert loads(VARIABLES, step=0, levels="9")[0].name == "leaning[levels=9,step=0,exact]"
+
+
+def test_a_value_given_to_load_has_its_place_in_the_program_and_no_command_selects_its_case(tmp_path: Path) -> None:
+    file = tmp_path / "leaning.yaml"
+    file.write_text(VARIABLES, encoding="utf-8")
+    case = load(file, step="18 mm")[1]
+    line = currentframe().f_lineno - 1  # type: ignore[union-attr]
+    assert find(case, largest="step").place.partition(":")[2] == f"{line}:5"
+    assert play(case).cause.see == "print(run.cause)"
+    as_written = load(file)[1]
+    assert play(as_written).cause.see == f"stackdsl explain {file} -k 'leaning[levels=9,exact]'"
+
+
+def test_a_limit_prints_as_a_sentence_and_is_a_number() -> None:
+    found = find(loads(VARIABLES, levels=9)[0], largest="step")
+    assert str(found).startswith("leaning[levels=9,exact]: largest step 13.06 mm stands, 13.07 mm falls; ")
+    assert found.limit == pytest.approx(117.6 / 9)
+    assert find(loads(VARIABLES, levels=9)[0], least="friction").limit is None  # flat bricks need none
+
+
+def test_an_unknown_keyword_of_find_is_told_with_the_remedy() -> None:
+    with pytest.raises(TypeError, match=r"find got .* keyword argument 'step'; name the number as largest=, least= or"):
+        find(loads(VARIABLES)[0], step="18 mm")  # type: ignore[call-arg]
 
 
 @pytest.mark.parametrize(

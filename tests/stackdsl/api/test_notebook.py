@@ -8,6 +8,7 @@ from typing import Protocol, cast
 import pytest
 
 from stability import Assembly, Box, Brick, Pose, margins
+from stackdsl.api.cases import loads
 from stackdsl.api.claims import drift, stands
 from stackdsl.api.fragility import fragility
 from stackdsl.api.layouts import column
@@ -149,6 +150,19 @@ def test_a_scenario_shows_its_yaml_with_its_cases_or_its_mistakes() -> None:
     assert "✗ invalid" in html
     assert "SD1" in html
     assert "<script" not in html
+
+
+def test_a_case_shows_its_values_and_its_yaml_and_says_how_to_see_it() -> None:
+    text = "scenario: a\nlet: {step: 12 mm}\nbuild: [{column: {levels: 3, step: '${step}'}}]"
+    case = loads(text, step="5 mm")[0]
+    shown = text_of(case)
+    assert shown.startswith("a[step=5mm,exact]\n  step      5 mm\n  system    exact\n  bricks    3\n")
+    assert "    step: ${step}" in shown
+    assert "<pre" in html_of(case)
+    with pytest.raises(
+        AttributeError, match=r"no attribute 'show'; .* write `play\(case\)` as the last line of a cell"
+    ):
+        case.show()  # type: ignore[attr-defined]
 
 
 def test_a_place_in_a_notebook_is_its_cell(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
