@@ -154,6 +154,7 @@ class ClaimOutcome(Displayed):
     span: Span
     numbers: tuple[Measure, ...] = ()  # measured numbers, with their limits
     why: str = field(default="", compare=False)  # cause of a failure; a report of a run has it once for all claims
+    unclear: int = field(default=0, compare=False)  # bricks whose fate decides the claim, and may change by chance
 
     @property
     def value(self) -> float | None:
@@ -267,6 +268,24 @@ class Unclear:
         return f"{what} {'is' if alone else 'are'} unclear and not compared{': ' * bool(whose)}{'; '.join(whose)}"
 
 
+@dataclass(frozen=True, slots=True)
+class FallenCounts:
+    """The number of bricks that fell in a run, and those of its golden file, whose unclear states may be falls."""
+
+    golden: int
+    unclear: int  # bricks of the golden file whose state is unclear
+    now: int
+    unclear_now: int = 0  # likewise of the run, where only its snapshot is known
+
+    @property
+    def text(self) -> str:
+        """Return `38 -> 6 bricks`, or all counts if some are unclear; empty if the run cannot differ."""
+        if not (self.unclear or self.unclear_now):
+            return "" if self.golden == self.now else f"{self.golden} -> {how_many(self.now, 'brick')}"
+        open_now, left = (f", {count} unclear" * bool(count) for count in (self.unclear_now, self.unclear))
+        return f"now {how_many(self.now, 'brick')}{open_now}; the golden has {self.golden} fallen{left}"
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class GoldenResult(Displayed):
     """The comparison of one snapshot with its file; false unless they agree or the file was just written."""
@@ -279,6 +298,13 @@ class GoldenResult(Displayed):
     renamed_from: str = ""  # the file of another name with the same content
     offered: str = field(default="", compare=False)  # text of the new golden file; empty if it is the same
     unclear: Unclear = field(default=Unclear(), compare=False)
+    fallen: FallenCounts | None = field(default=None, compare=False)  # None if the file has no states to compare
+
+    @property
+    def fallen_text(self) -> str:
+        """Return how many bricks fell, after `fallen`; empty without differences, and if the number is the same."""
+        text = self.fallen.text if self.fallen is not None and self.differences else ""
+        return f"fallen {text}" if text else ""
 
     def __bool__(self) -> bool:
         """Return whether nothing is left to decide, so that `assert run.golden(directory)` fails on a difference."""
@@ -288,7 +314,7 @@ class GoldenResult(Displayed):
         """Return the status with the first differences, which pytest shows where an assertion fails."""
         told = [f"{each.quantity} of {each.subject} {each.expected} -> {each.got}" for each in self.differences[:FEW]]
         more = [f"and {count} more"] if (count := len(self.differences[FEW:])) else []
-        left = f"; {self.unclear.text}" if told and self.unclear.text else ""
+        left = "".join(f"; {each}" for each in (self.fallen_text, self.unclear.text) if told and each)
         return f"<{self.status}: golden file {self.file}{': ' * bool(told)}{', '.join([*told, *more])}{left}>"
 
 

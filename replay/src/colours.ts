@@ -2,16 +2,18 @@
 import { Color } from "three";
 import { colourOf } from "./page";
 import { type Run, State } from "./run";
+import { WORDS } from "./wording";
 
 export type Mode = "state" | "level" | "room" | "load" | "stage" | "material";
 export const MODES: Mode[] = ["state", "level", "room", "load", "stage", "material"];
 
 const STATES: [State, string, string][] = [
-  [State.Proven, "stands", "--wood"],
-  [State.Awake, "moves", "--moves"],
-  [State.Riding, "rides on another", "--rides"],
-  [State.Fallen, "has fallen", "--left"],
-  [State.Thrown, "thrown or dropped", "--thrown"],
+  [State.Proven, WORDS[State.Proven], "--wood"],
+  [State.Awake, WORDS[State.Awake], "--moves"],
+  [State.Free, WORDS[State.Free], "--free"],
+  [State.Riding, WORDS[State.Riding], "--rides"],
+  [State.Fallen, WORDS[State.Fallen], "--left"],
+  [State.Thrown, WORDS[State.Thrown], "--thrown"],
 ];
 const NOTHING = "nothing is known";
 const NOT_STORED = "as placed; the file stores no motion";
@@ -99,7 +101,7 @@ export class Colours {
     switch (mode) {
       case "state": {
         const now = this.run.stateAt(brick, time);
-        if (this.run.told.marks && now === State.Awake) return [NOT_STORED, unknown[1], unknown[2]]; // a golden file says nothing of the way
+        if (this.run.told.marks && (now === State.Awake || now === State.Free)) return [NOT_STORED, unknown[1], unknown[2]]; // a golden file says nothing of the way
         const order = STATES.findIndex(([state]) => state === now);
         return order < 0 ? unknown : [STATES[order][1], token(STATES[order][2]), order];
       }

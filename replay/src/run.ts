@@ -11,6 +11,7 @@ const PAUSE = 0.02; // [s] a shorter rest between two motions is none
 export const enum State {
   Absent,
   Awake,
+  Free, // awake, and at rest
   Riding,
   Proven,
   Fallen,
@@ -34,6 +35,8 @@ export class Run {
   readonly halves: Vector3[]; // of the box around each shape [m]
   private readonly begins: Int32Array; // the first row of each brick
   private readonly states: [number, State][][]; // of each brick, from when on
+  private readonly spans: [number, number][][]; // of each brick: when it moves
+  private readonly turns: number[]; // when a brick begins to move, or comes to rest, sorted
   readonly moving: number[]; // the bricks that have more than one pose
   private readonly next = new Quaternion();
   private readonly now: Pose = { position: new Vector3(), orientation: new Quaternion() };
@@ -53,6 +56,8 @@ export class Run {
       for (const corner of shape.corners) half.max(new Vector3(...corner.map(Math.abs)));
       return half;
     });
+    this.spans = told.bricks.name.map((_, brick) => joined(this.motionsOf(brick)));
+    this.turns = this.spans.flat(2).sort((one, other) => one - other);
   }
 
   static async of(told: Payload): Promise<Run> {
@@ -122,7 +127,7 @@ export class Run {
       if (since > time) break;
       found = state;
     }
-    return found;
+    return found === State.Awake && !this.spans[brick].some(([begin, end]) => begin <= time && time < end) ? State.Free : found;
   }
 
   private isFrozen(brick: number, time: number): boolean {
@@ -157,19 +162,12 @@ export class Run {
 
   // Which of some bricks move in a span of time.
   movers(among: number[], begin: number, end: number): number[] {
-    return among.filter((brick) => this.motionsOf(brick).some(([from, to]) => from < end && to > begin));
+    return among.filter((brick) => this.spans[brick].some(([from, to]) => from < end && to > begin));
   }
 
   // When any of some bricks moves at all, as spans of time.
   motions(among = this.moving): [number, number][] {
-    const spans = among.flatMap((brick) => this.motionsOf(brick));
-    const joined: [number, number][] = [];
-    for (const [begin, end] of spans.sort(([one], [other]) => one - other)) {
-      const last = joined[joined.length - 1];
-      if (last && begin <= last[1] + PAUSE) last[1] = Math.max(last[1], end);
-      else joined.push([begin, end]);
-    }
-    return joined;
+    return joined(among.flatMap((brick) => this.spans[brick]));
   }
 
   // How far a brick is from where it was set down [m].
@@ -194,16 +192,14 @@ export class Run {
     });
   }
 
-  // How many of the events have happened; while that is the same, nothing comes, goes or changes its state.
+  // How many of the events have happened; while that is the same, nothing comes or goes.
   passed(time: number): number {
-    const { events } = this.told;
-    let [low, high] = [0, events.length];
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (events[middle].time <= time + 1e-6) low = middle + 1;
-      else high = middle;
-    }
-    return low;
+    return until(this.told.events, time, (event) => event.time - 1e-6);
+  }
+
+  // How many events, and beginnings and ends of motions, have happened; while that is the same, no brick changes its state.
+  changes(time: number): number {
+    return this.passed(time) + until(this.turns, time, (turn) => turn);
   }
 
   // The highest of its levels; 0 if it has none.
@@ -225,6 +221,28 @@ export class Run {
     }
     return states;
   }
+}
+
+// Spans of time in their order; those with no more than a pause between them are one.
+function joined(spans: [number, number][]): [number, number][] {
+  const found: [number, number][] = [];
+  for (const [begin, end] of [...spans].sort(([one], [other]) => one - other)) {
+    const last = found[found.length - 1];
+    if (last && begin <= last[1] + PAUSE) last[1] = Math.max(last[1], end);
+    else found.push([begin, end]);
+  }
+  return found;
+}
+
+// How many of sorted entries are no later than a time.
+function until<T>(entries: T[], time: number, timeOf: (entry: T) => number): number {
+  let [low, high] = [0, entries.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (timeOf(entries[middle]) <= time) low = middle + 1;
+    else high = middle;
+  }
+  return low;
 }
 
 // What differs between a run and its golden file, if these two are seen, by name of a brick or of what else it is of.

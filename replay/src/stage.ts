@@ -120,7 +120,7 @@ export class Stage {
     const { run, bricks, ghosts } = this;
     this.hide(look, toEye);
     const { time, mode, picked, hovered, top } = look;
-    const passed = [run.passed(time), mode, picked, hovered, top, beside?.told.name, beside?.passed(time), look.swing > 0, run.proofAt(time)?.proof.begin, token("--wood").getHex(), ...ghosts].join();
+    const passed = [run.changes(time), mode, picked, hovered, top, beside?.told.name, beside?.changes(time), look.swing > 0, run.proofAt(time)?.proof.begin, token("--wood").getHex(), ...ghosts].join();
     const fresh = passed !== this.passed || beside !== undefined;
     this.passed = passed;
     this.look = look;

@@ -16,8 +16,9 @@ const DIRECTIONS: Record<Exclude<From, "weakest">, Vector3> = {
   plan: new Vector3(0, -1e-4, 1).normalize(),
 };
 const UP = new Vector3(0, 0, 1);
-const ASIDE = Math.sin((50 * Math.PI) / 180); // of a throw: more is not looked for
-const TURNS = Array.from({ length: 37 }, (_, place) => (((place % 2 ? 1 : -1) * Math.ceil(place / 2) * 5 * Math.PI) / 180)); // from the least on
+const ASIDE = Math.sin((45 * Math.PI) / 180); // of a throw: more is not looked for
+const OPPOSITE = -0.55; // cosine of the angle to a throw up to which what it hits is seen from the side that is hit
+const TURNS = Array.from({ length: 73 }, (_, place) => (((place % 2 ? 1 : -1) * Math.ceil(place / 2) * 5 * Math.PI) / 180)); // from the least on
 const FIELD = 35; // [deg]
 const TANGENT = Math.tan((FIELD / 2) * (Math.PI / 180));
 const ROOM = 0.85; // share of the height that is filled
@@ -326,16 +327,17 @@ export class Viewer {
     this.stand({ target: from.target.clone().lerp(to.target, eased), direction, away: from.away * (to.away / from.away) ** eased });
   }
 
-  // Three quarters from the front, turned by as little as lets every throw be seen from the side: the eye would else be behind
-  // what is thrown, or behind what it hits.
+  // Three quarters from the front, turned by as little as lets every throw be seen, if possible from the side where it comes
+  // from, and aside of its path: what is hit would else hide what is thrown, or the other way round.
   private besideThrows(): Vector3 {
     const [usual, bearings] = [DIRECTIONS["three-quarter"], this.stages.flatMap((stage) => stage.bearings())];
     const turned = (angle: number): Vector3 => usual.clone().applyAxisAngle(UP, angle);
-    const aside = (angle: number): number => {
+    const quality = (angle: number): number => {
       const { x, y } = turned(angle);
-      return bearings.reduce((least, bearing) => Math.min(least, Math.abs(Math.sin(Math.atan2(y, x) - bearing))), ASIDE);
+      const ways = bearings.map((bearing) => Math.atan2(y, x) - bearing);
+      return ways.filter((way) => Math.cos(way) < OPPOSITE).length + ways.reduce((least, way) => Math.min(least, Math.abs(Math.sin(way))), ASIDE);
     };
-    return turned(TURNS.reduce((best, angle) => (aside(angle) > aside(best) + 1e-9 ? angle : best)));
+    return turned(TURNS.reduce((best, angle) => (quality(angle) > quality(best) + 1e-9 ? angle : best)));
   }
 
   // From aside of the way in which the weakest part gives way.

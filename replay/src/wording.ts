@@ -5,6 +5,7 @@ import { type Run, State } from "./run";
 export const WORDS: Record<State, string> = {
   [State.Absent]: "not there",
   [State.Awake]: "moves",
+  [State.Free]: "simulated, at rest",
   [State.Riding]: "rides on another",
   [State.Proven]: "stands",
   [State.Fallen]: "has fallen",
@@ -124,6 +125,7 @@ function wokenText(reason: string, who: string, one: boolean): string {
   const moves = `${who} ${one ? "moves" : "move"}`;
   // Bricks wake ahead of a hit, which may miss them, and do not move yet.
   if (reason.includes(" would hit ")) return `${reason.split(/: |; /)[0]}; ${who} ${one ? "is" : "are"} simulated`;
+  if (reason.includes(" than its proof allows")) return `${who} ${one ? "is" : "are"} also simulated: ${reason}`;
   if (!reason || reason.includes("; ")) return moves;
   return reason.startsWith(`${who} `) ? reason : `${moves}: ${reason}`;
 }

@@ -5,7 +5,7 @@ wake before the hit, while the surfaces are still apart. The prediction uses onl
 speed; bricks in contact press on each other and do not hit.
 """
 
-from collections.abc import Callable, Collection, Container, Mapping
+from collections.abc import Callable, Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import hypot, inf, sqrt
 from typing import Self
@@ -42,6 +42,13 @@ class Hit:
 
 
 IMMINENT = "would hit"  # in the reason of an update: its bricks wake before the hit, which may still miss them
+
+OVERLOADED = "than its proof allows"  # in the reason of an update: its bricks wake under a load, and may not move
+
+
+def carries_too_much(bricks: Sequence[BodyId]) -> str:
+    """Return the reason why bricks wake under a load for which no proof is known."""
+    return "; ".join(f"{brick} carries more {OVERLOADED}" for brick in bricks)
 
 
 def about_to_hit(by: BodyId, brick: BodyId) -> str:

@@ -40,7 +40,7 @@ from stackdsl.goldens.snapshot import (
     Snapshot,
     differing_samples,
 )
-from stackdsl.results import GoldenDifference, Unclear
+from stackdsl.results import FallenCounts, GoldenDifference, Unclear
 from stackdsl.trace import BrickState
 
 ABSENT = "none"
@@ -98,6 +98,17 @@ def unclear_in(*documents: Object) -> Unclear:
     if any(_object(each, "collapse").get("gave_way") == UNCLEAR for each in documents):
         others.append("the brick that gave way")
     return Unclear(tuple(states), tuple(places), tuple(others), tuple(names))
+
+
+def fallen_in(expected: Object, got: Object) -> FallenCounts:
+    """Return the numbers of bricks that certainly fell, and of those whose state is unclear, in two JSON values."""
+    states = [[_object(bricks, name).get("state") for name in bricks] for bricks in map(_bricks_of, (expected, got))]
+    (was, open_before), (now, open_now) = ((each.count(BrickState.FALLEN), each.count(UNCLEAR)) for each in states)
+    return FallenCounts(was, open_before, now, open_now)
+
+
+def _bricks_of(whole: Object) -> Object:
+    return _object(whole, "bricks")
 
 
 def _is_open(place: object) -> bool:

@@ -26,7 +26,7 @@ from stackdsl.disk import (
     replace_file,
     unlinked,
 )
-from stackdsl.goldens.comparison import compare_documents, unclear_in
+from stackdsl.goldens.comparison import compare_documents, fallen_in, unclear_in
 from stackdsl.goldens.file_format import GOLDEN_NAME, canonical_text, directory_of, document, golden_name
 from stackdsl.goldens.snapshot import (
     FORMAT,
@@ -200,6 +200,8 @@ def check_golden(
         unclear = _visible_unclear(unclear_in(document(snapshot)))
         return GoldenResult(GoldenStatus.SAME, path.as_posix(), digest=digest, unclear=unclear)
     result = replace(judged_content(path.as_posix(), found, document(snapshot)), digest=digest)
+    if result.fallen is not None and snapshot.fallen is not None:  # the run knows more than its snapshot
+        result = replace(result, fallen=replace(result.fallen, now=snapshot.fallen, unclear_now=0))
     if result.status is GoldenStatus.MISSING and write_new_goldens and not update:
         return _written(path, directory, text, result, GoldenStatus.NEW)
     agrees = result.status is GoldenStatus.SAME
@@ -281,6 +283,7 @@ def judge_text(file: str, text: str, got: Mapping[str, object]) -> GoldenResult:
         other_engine = made_by_other_engine(*stamps)
         differences = compare_documents(expected, got, other_engine=other_engine)
         unclear = Unclear() if other_engine else _visible_unclear(unclear_in(expected, got))
+        fallen = None if other_engine else fallen_in(expected, got)
     except NewerFormatError as error:
         return GoldenResult(GoldenStatus.NEWER, file, note=visible(str(error)))
     except (ValueError, RecursionError) as error:
@@ -288,7 +291,7 @@ def judge_text(file: str, text: str, got: Mapping[str, object]) -> GoldenResult:
     agrees = GoldenStatus.OTHER_ENGINE if other_engine else GoldenStatus.SAME
     status = GoldenStatus.DIFFERENT if differences else agrees
     escaped = tuple(map(_escaped, differences))
-    return GoldenResult(status, file, escaped, visible(stamp_note(*stamps)), unclear=unclear)
+    return GoldenResult(status, file, escaped, visible(stamp_note(*stamps)), unclear=unclear, fallen=fallen)
 
 
 def _escaped(found: GoldenDifference) -> GoldenDifference:

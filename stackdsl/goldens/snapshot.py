@@ -198,6 +198,7 @@ class Snapshot:
     kept_by: str | None = None  # owner, see `stackdsl.goldens.golden`; never compared
     samples: Samples | None = None  # None for a single run
     missed: tuple[str, ...] = field(default=(), compare=False)  # failed expectations of the run; not locked
+    fallen: int | None = field(default=None, compare=False)  # bricks that fell; not locked, as the number is chaotic
 
     @property
     def placings(self) -> tuple[Placing, ...]:
@@ -282,6 +283,7 @@ def take(  # noqa: PLR0913, PLR0917 -- all that a snapshot says
             else FinalBrick(track.level, states[brick], at_mm=None, rests_on=None)
             for brick, track in sorted(trace.tracks.items(), key=lambda item: (item[1].level, item[0]))
         },
+        fallen=sum(track.state is BrickState.FALLEN for track in trace.tracks.values()),
     )
 
 
@@ -368,6 +370,13 @@ def _state(track: BrickTrack, collapse: Collapse | None, modelled: bool) -> str:
         case _:
             clear = max(_departure(track), _in_limits(track.shift, track)) < 1.0 / CLEAR_CUT
     return track.state.value if clear else UNCLEAR
+
+
+def unclear_bricks(trace: Trace, modelled: bool) -> frozenset[BodyId]:
+    """Return the bricks whose state a golden file does not lock, since a small disturbance may change it."""
+    return frozenset(
+        brick for brick, track in trace.tracks.items() if _state(track, trace.collapse, modelled) == UNCLEAR
+    )
 
 
 def _lies_still(state: str, collapse: Collapse | None, modelled: bool) -> bool:

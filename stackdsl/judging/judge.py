@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from stability.name_order import names_text
 from stability.problem import Stability
+from stackdsl.goldens.snapshot import unclear_bricks
 from stackdsl.judging.before_impacts import falls_before_impacts
 from stackdsl.language.claims.claim import Claim
 from stackdsl.language.claims.claim_kind import ClaimKind
@@ -122,7 +123,12 @@ def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, sy
         (("expect", number), claim) for number, claim in expected_of(scenario, system) if _of_one_run(claim)
     ]
     expected = [claim.content for claim in (*(claim for _, claim in expectations), *scenario.truth)]
-    return (*_outcomes(expectations, trace, variant, source), *falls_before_impacts(trace, expected, scenario, source))
+    outcomes = _outcomes(expectations, trace, variant, source)
+    if any(claim.content.rests_on_fate_of(trace) for _, claim in expectations):
+        unclear = unclear_bricks(trace, system_named(system).extension)
+        shared = [len(unclear.intersection(claim.content.rests_on_fate_of(trace))) for _, claim in expectations]
+        outcomes = tuple(replace(each, unclear=count) for each, count in zip(outcomes, shared, strict=True))
+    return (*outcomes, *falls_before_impacts(trace, expected, scenario, source))
 
 
 def expected_of(scenario: Scenario, system: str) -> Sequence[tuple[int, Claim]]:

@@ -312,6 +312,14 @@ EFFECTS: Final = (
 )
 
 
+CONDITIONS: Final = frozenset({"when", "if", "unless", "only", "for_case", "cases", "case"})
+NO_CONDITION: Final = (
+    "a claim applies to every case; give each case its own limit, as in `cases: [{name: slow, most: 0}, "
+    "{name: fast, most: 9}]` with `falls: {count: '<= ${most}'}`, or write a second scenario with `extends`; "
+    "docs/language.md, Variables"
+)
+
+
 SHIFT_OF_ONE: Final = (
     "`displaced` counts bricks; for the shift of one brick write `drift: {{is: <= 1 mm, bricks: [{}]}}`"
 )
@@ -327,6 +335,8 @@ def _known_key(key: str, written: object, path: KeyPath) -> str:
         return BRAKES
     if key in HITS and path[:1] == ("expect",):
         return EFFECTS
+    if key in CONDITIONS and path[:1] == ("expect",):
+        return NO_CONDITION
     if key == "brick" and path[-1:] == ("displaced",):
         return SHIFT_OF_ONE.format(shown(written).strip("'"))
     siblings = keys_at(path)

@@ -36,6 +36,7 @@ from stackdsl.report.warnings import (
     modified_text,
     passed_through,
     samples_told,
+    unclear_claims,
     wrong_edges,
     wrong_frictions,
 )
@@ -261,6 +262,9 @@ def _counts(report: Report) -> Iterator[str]:
         "with energy added by the engine": sum(bool(result.energy_gained) for result in results),
         "with wrong edge normals": sum(result.wrong_edges is not None for result in results),
         "with wrong friction in the engine": sum(result.wrong_friction is not None for result in results),
+        "with claims that rest on bricks whose fate is unclear": sum(
+            any(outcome.passed and outcome.unclear for outcome in result.outcomes) for result in results
+        ),
         "stable only if gaps count as contact": sum(result.touching_within > 0.0 for result in results),
         "with a thrown brick that passed through another": sum(result.passed_through is not None for result in results),
         "with a golden file of another engine": sum(
@@ -292,6 +296,7 @@ def _notes(report: Report) -> Iterator[Block]:
     yield titled("Modified scenes", list(_modified(report)))
     yield titled("Ended early", [f"{name}: {ending_text(end)}" for name, end in early])
     yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
+    yield titled("Claims that rest on bricks whose fate is unclear", list(unclear_claims(noted)))
     yield titled("Stable only if gaps count as contact", [gaps_text(r) for r in noted if r.touching_within])
     yield titled("Energy added by the engine", [f"{r.name}: {energy_fault(r.energy_gained)}" for r in gained])
     yield titled("Wrong edge normals", list(wrong_edges(noted)))

@@ -94,7 +94,8 @@ def ranked_failures_of(result: VariantResult) -> Iterator[RankedFailure]:
         golden = result.golden
         seen = [f"{one.subject}: {one.quantity}: was {one.expected}, is {one.got}" for one in golden.differences]
         more = [f"and {len(seen) - MOST_SEEN} more"] if len(seen) > MOST_SEEN else []
-        told = "; ".join(filter(None, [golden.note, *seen[:MOST_SEEN], *more, golden.unclear.text * bool(seen)]))
+        left = (golden.fallen_text, golden.unclear.text * bool(seen))
+        told = "; ".join(filter(None, [golden.note, *seen[:MOST_SEEN], *more, *left]))
         text = f"{golden.file}: {golden.status}{f': {told}' if told else ''}"
         yield RankedFailure(Rank.GOLDEN, result.name, text, result.file)
 

@@ -29,7 +29,7 @@ FELL = BrickState.FALLEN.value
 EXACT = "exact"  # no tolerance
 LOCKED = (GoldenStatus.NEW, GoldenStatus.WRITTEN)
 UNCLEAR = "unclear"  # label of what is not compared
-STATE, STRUCTURE, PLACES = "state", "structure", ("x", "y", "z")  # in differences
+VERDICT, STATE, STRUCTURE, PLACES = "verdict", "state", "structure", ("x", "y", "z")  # in differences
 
 
 def unclear_lines(goldens: Iterable[GoldenResult]) -> Iterator[str]:
@@ -61,10 +61,15 @@ def difference_lines(golden: GoldenResult, width: int) -> list[str]:
 def folded_differences(golden: GoldenResult) -> Iterator[tuple[str, str]]:
     """Yield each observation with the bricks that changed alike, or with the largest change of many bricks.
 
-    The verdict comes first, then the bricks that fell, other changes of their states, and what moved most. What is
-    unclear comes last: without it, the differences would seem to be all.
+    The verdict comes first, then the number of bricks that fell, which bricks fell, other changes of their states, and
+    what moved most. What is unclear comes last: without it, the differences would seem to be all.
     """
-    yield from _folded(golden.differences)
+    verdicts = [each for each in golden.differences if each.quantity == VERDICT]
+    yield from _folded(verdicts)
+    if golden.fallen_text:
+        label, _, counts = golden.fallen_text.partition(" ")
+        yield label, counts
+    yield from _folded([each for each in golden.differences if each.quantity != VERDICT])
     if golden.unclear.text:
         yield UNCLEAR, golden.unclear.text
 
@@ -81,7 +86,7 @@ def _folded(differences: Sequence[GoldenDifference]) -> Iterator[tuple[str, str]
 
 def _rank(difference: GoldenDifference) -> tuple[int, float]:
     """Return the sort key of a difference: smaller is more important."""
-    if difference.quantity == "verdict":
+    if difference.quantity == VERDICT:
         return 0, 0.0
     if difference.quantity == STATE:
         changed = {difference.expected, difference.got}

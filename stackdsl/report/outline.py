@@ -230,9 +230,9 @@ class Nearest:
     @property
     def text(self) -> str:
         """Return the margin in the unit of its claim: `drift 3.9 mm from its limit`."""
-        return (
-            f"{self.outcome.name} {significant(self.outcome.margin)} {self.outcome.unit}".rstrip() + " from its limit"
-        )
+        margin = f"{significant(self.outcome.margin)} {self.outcome.unit}".rstrip()
+        unclear = f", with {self.outcome.unclear} unclear" if self.outcome.unclear else ""
+        return f"{self.outcome.name} {margin} from its limit{unclear}"
 
 
 def nearest(results: Iterable[VariantResult]) -> list[Nearest]:

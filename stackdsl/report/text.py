@@ -1,11 +1,11 @@
 """The report of a check or a run as text."""
 
 from collections.abc import Iterator
-from math import isfinite
+from math import degrees, isfinite
 
 from stability.model import BodyId
 from stability.name_order import in_order, names_text
-from stability.stabilizers.approach import IMMINENT
+from stability.stabilizers.approach import IMMINENT, OVERLOADED
 from stackdsl.report.warnings import (
     modified_text,
     passed_text,
@@ -21,7 +21,7 @@ from stackdsl.results import (
     Seen,
     VariantResult,
 )
-from stackdsl.trace import UNRELIABLE, BrickState, Event, EventKind, Trace
+from stackdsl.trace import COLLAPSE_TILT, UNRELIABLE, BrickState, Event, EventKind, Trace
 from stackdsl.wording import energy_fault, how_many, level_text, shortened, touching_text
 
 # One expectation as one line: the expected and the measured value, and the margin to the threshold.
@@ -41,7 +41,8 @@ def outcome_text(outcome: ClaimOutcome) -> str:
 def margin_text(outcome: ClaimOutcome) -> str:
     """Return the margin of an outcome in parentheses; empty if there is none to tell."""
     margin = margin_words(outcome)
-    return f" ({'margin ' if outcome.margin >= 0.0 else ''}{margin})" if margin else ""
+    of_tilt = outcome.name == "stands" and outcome.unit == "deg"
+    return f" ({'margin ' if outcome.margin >= 0.0 and not of_tilt else ''}{margin})" if margin else ""
 
 
 def margin_words(outcome: ClaimOutcome) -> str:
@@ -53,9 +54,11 @@ def margin_words(outcome: ClaimOutcome) -> str:
     of_fall = not outcome.passed and outcome.name in ("stands", "collapses") and outcome.unit in ("mm", "deg")
     if not isfinite(outcome.margin) or outcome.unit == "bricks" or of_fall:
         return ""
-    unit = "deg of tilt" if outcome.name == "stands" and outcome.unit == "deg" else outcome.unit
+    if outcome.name == "stands" and outcome.unit == "deg":
+        limit = degrees(COLLAPSE_TILT)
+        return f"largest tilt {significant(limit - outcome.margin)} deg of {significant(limit)} deg allowed"
     number = significant(abs(outcome.margin))
-    size = f"{number} {'level' if (number, unit) == ('1', 'levels') else unit}".rstrip()
+    size = f"{number} {'level' if (number, outcome.unit) == ('1', 'levels') else outcome.unit}".rstrip()
     return size if outcome.margin >= 0.0 else f"misses by {size}"
 
 
@@ -111,7 +114,7 @@ WORDS = {
     EventKind.COLLAPSED: "fallen",
 }  # in place of their names
 IN_FLIGHT = "in flight"  # of bricks that are thrown or dropped
-SIMULATED = "simulated"  # of bricks that a hit may move, and do not move yet
+SIMULATED = "simulated"  # of bricks that a hit or a load may move, and that do not move yet
 MOST_HITS = 2  # hits told of one event
 
 
@@ -157,11 +160,13 @@ class EventLines:
         if event.lying:
             reason = ""  # it does not stand
         imminent = event.kind is EventKind.WOKEN and IMMINENT in reason
-        word = SIMULATED if imminent else IN_FLIGHT if event.flying else WORDS.get(event.kind, event.kind.value)
+        also = event.kind is EventKind.WOKEN and OVERLOADED in reason
+        word = SIMULATED if imminent or also else IN_FLIGHT if event.flying else WORDS.get(event.kind, event.kind.value)
         # The reason of a proof does not begin with a name, even if a brick is called `load`.
         told_of = (EventKind.WOKEN, EventKind.HIT, EventKind.COLLAPSED)
-        begins = event.kind in told_of and not imminent and reason.startswith(f"{named} ")
+        begins = event.kind in told_of and not (imminent or also) and reason.startswith(f"{named} ")
         link = ", proven to stand: " if event.kind is EventKind.FROZEN else ": "
+        named = f"also {named}" if also else named
         told = reason if begins else f"{named}{link}{reason}" if reason else named
         return f"{event.time:9.3f} s  {word:<9}  {told}{more}"
 

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from math import degrees
 
 from stability.engines.protocol import WrongFriction
-from stackdsl.results import VariantResult
+from stackdsl.results import ClaimOutcome, VariantResult
 from stackdsl.trace import Collapse, Ensemble, PassedThrough, WrongEdges
-from stackdsl.wording import mm
+from stackdsl.wording import how_many, mm
 
 # Warnings about contacts with a wrong normal in the engine.
 
@@ -114,3 +114,23 @@ def passed_through(results: Iterable[VariantResult]) -> Iterator[str]:
     for result in results:
         if result.passed_through is not None:
             yield f"{result.name}: {passed_text(result.passed_through)}"
+
+
+# Notes on claims that a small disturbance may change.
+
+
+NEARBY = "play nearby values with `matrix` and allow the range of their results: docs/language.md, Unclear bricks"
+
+
+def unclear_claims(results: Iterable[VariantResult]) -> Iterator[str]:
+    """Yield a line for each claim that is met, but rests on bricks whose fate is unclear."""
+    for result in results:
+        for outcome in result.outcomes:
+            if outcome.passed and outcome.unclear:
+                yield f"{outcome.span}: {result.name}: {unclear_text(outcome)}; {NEARBY}"
+
+
+def unclear_text(outcome: ClaimOutcome) -> str:
+    """Return that a claim rests on bricks whose fate is unclear."""
+    bricks = f"{how_many(outcome.unclear, 'brick')} whose fate is unclear"
+    return f"`{outcome.name}` rests on {bricks}: a tiny change of the scene may change which bricks fall"

@@ -16,7 +16,7 @@ import numpy as np
 from stability.geometry.rows import Array
 from stability.model import BodyId
 from stability.name_order import in_order, names_text
-from stability.stabilizers.approach import IMMINENT
+from stability.stabilizers.approach import IMMINENT, OVERLOADED
 from stackdsl.shown_text import visible
 from stackdsl.simulation.recording import NUMBER, POSITION, TIME, Rows
 from stackdsl.timeline import Arrival
@@ -348,7 +348,7 @@ def _phrases(run: RunView, after: float, until: float) -> str:
             if event.kind in (EventKind.HIT, EventKind.COLLAPSED):
                 phrases[event.kind] = event.reason.partition(";")[0]
             elif event.kind is EventKind.WOKEN:
-                if IMMINENT not in event.reason:  # else they are simulated ahead of a hit, which may miss them
+                if not any(ahead in event.reason for ahead in (IMMINENT, OVERLOADED)):  # else they may stay at rest
                     phrases.setdefault(event.kind, _woken(event, named))
             elif event.kind is EventKind.SHAKEN:
                 phrases[event.kind] = "the ground shakes"

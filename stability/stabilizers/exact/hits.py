@@ -15,7 +15,7 @@ from stability.geometry.vectors import add_scaled, body_axes, dot, norm, scale, 
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Pose, Vec3, convex
 from stability.name_order import in_order, names_text
 from stability.problem import Placed
-from stability.stabilizers.approach import Hit, HitPredictor, PredictionLimits, about_to_hit
+from stability.stabilizers.approach import Hit, HitPredictor, PredictionLimits, about_to_hit, carries_too_much
 from stability.stabilizers.exact.candidates import solids
 from stability.stabilizers.exact.overload import MOVED, Overloads, slides_before_it_tips
 from stability.stabilizers.protocol import BrickObserver, Observers
@@ -313,7 +313,7 @@ class Disturbances(BrickObserver):
             return None
         touched = {body for brick in overloaded for point in self.engine.contacts(brick) for body in (point.a, point.b)}
         by = tuple(sorted(touched.intersection(moving)))
-        return Disturbance(dict.fromkeys(overloaded, NO_LINE), f"{', '.join(overloaded)} moved by overload", by)
+        return Disturbance(dict.fromkeys(overloaded, NO_LINE), carries_too_much(overloaded), by)
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
         """Pass frozen bricks on to the observers."""

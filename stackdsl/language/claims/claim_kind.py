@@ -100,6 +100,10 @@ class ClaimKind(ABC):
         """Return groups of bricks, of each of which at least one must fall. `levels` has the level of each brick."""
         return ()
 
+    def rests_on_fate_of(self, trace: Trace) -> Collection[BodyId]:
+        """Return the bricks whose fall decides the claim one by one, such as those that it counts."""
+        return ()
+
     def expects_fall_of(self, bricks: Collection[BodyId]) -> bool:
         """Return whether the claim expects these bricks to fall at any time, so also before an impact on them."""
         return self.implied_outcome is not None and not self.implied_outcome.stands

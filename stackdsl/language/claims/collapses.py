@@ -61,6 +61,9 @@ class Collapses(Shorthand, ClaimKind):
             return
         yield [name for name in levels if self.brick in (None, name)]  # every brick that can be the first to fall
 
+    def rests_on_fate_of(self, trace: Trace) -> Collection[BodyId]:
+        return () if self.brick is None else (self.brick,)
+
     def is_decided(self, trace: Trace) -> bool:
         return trace.collapse is not None  # the first collapse does not change
 

@@ -50,6 +50,9 @@ class Falls(ExactlyOneKey, ClaimKind):
     def expects_fall_of(self, bricks: Collection[BodyId]) -> bool:
         return self.bricks is not None and set(bricks) <= set(self.bricks)
 
+    def rests_on_fate_of(self, trace: Trace) -> Collection[BodyId]:
+        return trace.tracks.keys()
+
     def is_decided(self, trace: Trace) -> bool:
         if self.for_ is not None and is_over(self.for_, trace):
             return True

@@ -53,6 +53,13 @@ def only(text: str) -> Diagnostic:
         (COLUMN + "expect: [height]\n", "expected a mapping, not 'height'", "write `height: ` and its value"),
         (COLUMN + "expect: [{falls: all}]\n", "expected a mapping, not 'all'", "count (number of bricks"),
         (COLUMN + "expect: [{falls: 6}]\n", "expected a mapping, not 6", "write {count: 6}: number of bricks"),
+        (
+            COLUMN + "expect: [{stands: all, when: name = slow}]\n",
+            "unknown key 'when'",
+            "a claim applies to every case; give each case its own limit, as in `cases: [{name: slow, most: 0}, "
+            "{name: fast, most: 9}]` with `falls: {count: '<= ${most}'}`, or write a second scenario with `extends`; "
+            "docs/language.md, Variables",
+        ),
         (COLUMN.replace("levels", "levls"), "unknown key 'levls'", "did you mean 'levels'?"),
         (COLUMN.replace("scenario", "scenaro"), "unknown key 'scenaro'", "did you mean 'scenario'?"),
         (COLUMN + "let: {stpe: 1 mm}\nfriction: \"${step}\"\n", "unknown variable 'step'", "did you mean 'stpe'?"),

@@ -17,6 +17,7 @@ from stackdsl.report.text import outcome_text
 from stackdsl.report.warnings import wrong_edges_text
 from stackdsl.results import (
     EarlyEndSummary,
+    FallenCounts,
     GoldenDifference,
     GoldenStatus,
     Report,
@@ -237,6 +238,23 @@ def test_the_claim_nearest_to_failing_is_told_of_a_green_file() -> None:
     assert f"nearest: slant[step=11mm,thesis], {HELD.name} 0.1 mm from its limit" in text
 
 
+def test_a_claim_that_rests_on_unclear_bricks_says_so_beside_its_margin_and_is_a_note() -> None:
+    near = replace(HELD, margin=1.0, unit="bricks", numbers=(Measure(9.0, None, 10.0, "bricks"),), unclear=3)
+    seen = report(replace(PASSED, outcomes=(near,)))
+    assert f"{HELD.name} 1 bricks from its limit, with 3 unclear" in report_text(seen, width=160)
+    assert "! 1 with claims that rest on bricks whose fate is unclear; -v lists them" in report_text(seen)
+    assert f"`{HELD.name}` rests on 3 bricks whose fate is unclear" in report_text(seen, style=VERBOSE)
+
+
+def test_the_number_of_fallen_bricks_is_told_beside_a_golden_difference() -> None:
+    result = with_golden(GoldenStatus.DIFFERENT, "", GoldenDifference("L1.1", "state", "fallen", "frozen", "exact"))
+    assert result.golden is not None
+    counted = replace(result, golden=replace(result.golden, fallen=FallenCounts(38, 0, 6)))
+    assert block(report(counted))[1] == "  fallen  38 -> 6 bricks"
+    assert "fallen 38 -> 6 bricks" in repr(counted.golden)
+    assert "fallen 38 -&gt; 6 bricks" in report_junit(report(counted))
+
+
 def test_disagreement_with_truth_is_a_count_and_a_list_with_v() -> None:
     seen = report(replace(PASSED, truths=(HELD, MISSED)))
     assert "! 1 disagree with the reference; -v lists them" in report_text(seen)
@@ -280,6 +298,8 @@ def test_golden_differences_begin_with_the_bricks_that_fell_and_end_with_those_t
 def test_a_brick_that_fell_has_no_distance_to_the_limit_of_a_fall() -> None:
     fallen = replace(MISSED, name="stands", measured="1 of 85 bricks fell: L10.3", margin=-543.0, unit="mm")
     assert outcome_text(fallen).endswith("fell: L10.3")
+    tilted = replace(HELD, name="stands", measured="52 bricks stand", margin=14.0, unit="deg")
+    assert outcome_text(tilted).endswith("52 bricks stand (largest tilt 1 deg of 15 deg allowed)")
     drift = replace(MISSED, name="drift", measured="4538 mm (L6.4)", margin=-4533.0, unit="mm")
     assert outcome_text(drift).endswith("4538 mm (L6.4) (misses by 4530 mm)")
 

@@ -324,6 +324,20 @@ def test_a_passed_run_opens_before_the_throw_and_a_failed_one_just_before_it_fal
     assert "2 claims fail" in fail  # at the end, where bricks are counted
 
 
+def test_a_thrown_brick_is_seen_in_flight_and_no_brick_is_said_to_move_before_the_hit(
+    undrawn: "Chrome", struck: RunView, tmp_path: Path
+) -> None:
+    page = shown(undrawn, struck, tmp_path)
+    hit = next(event.time for event in struck.trace.events if event.kind is EventKind.HIT)
+    woken = next(event for event in struck.trace.events if event.kind is EventKind.WOKEN)
+    asked(page, f"replay.seek({0.5 * (woken.time + hit)})")
+    wait_for(lambda: f"simulated, at rest{len(woken.bricks)}" in text_of(page, ".legend"))
+    assert "moves" not in text_of(page, ".legend")
+    assert asked(page, "replay.pickedAt(...replay.onScreen('box'))") == "box"  # and not the wall in front of it
+    asked(page, f"replay.seek({hit + 0.1})")
+    wait_for(lambda: "moves" in text_of(page, ".legend"))
+
+
 def test_what_fell_lies_and_only_the_others_stand_after_a_hit(
     undrawn: "Chrome", struck: RunView, tmp_path: Path
 ) -> None:
