@@ -178,8 +178,9 @@ def _summary(pending: Pending, place: GoldenFiles) -> str:
 
 @golden_command.command("review", cls=OfCases)
 @ON_CASES
+@click.option("-v", "--verbose", is_flag=True, help="Show the change of every brick.")
 @click.pass_context
-def review(context: click.Context, keyword: str) -> None:
+def review(context: click.Context, keyword: str, verbose: bool) -> None:
     """Show each pending change and read a key for it, from the terminal or a pipe."""
     _refuse_in_ci()
     place: GoldenFiles = context.obj
@@ -191,7 +192,7 @@ def review(context: click.Context, keyword: str) -> None:
         if pending.golden in gone:
             tell(f"{_named(pending)}: {visible(why_not(pending, place.waiting))}")
             continue
-        write(_shown(pending, place))
+        write(_shown(pending, place, verbose))
         key = _decision(pending)
         if key == "q":
             break
@@ -207,12 +208,13 @@ def review(context: click.Context, keyword: str) -> None:
     context.exit(ExitCode.GOLDEN if waiting else ExitCode.OK)
 
 
-def _shown(pending: Pending, place: GoldenFiles) -> str:
+def _shown(pending: Pending, place: GoldenFiles, every: bool) -> str:
     found = pending.compared(place.waiting)
     width, colour = paper()
     head = [line(f"{visible(pending.status)}: {_named(pending)}", "bold"), line(f"  {_summary(pending, place)}")]
     failed = [line(f"  fails: {visible(text)}") for text in pending.failed]
-    return blocks_text([[*head, *failed, *map(line, difference_lines(found, width))]], width, colour)
+    changes = map(line, difference_lines(found, width, every, "-v lists all"))
+    return blocks_text([[*head, *failed, *changes]], width, colour)
 
 
 def _decision(pending: Pending) -> str:

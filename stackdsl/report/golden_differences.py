@@ -45,43 +45,50 @@ def unclear_lines(goldens: Iterable[GoldenResult]) -> Iterator[str]:
         yield f"{and_text(told) or 'observations'} in {len(unclear)} files are unclear and not compared: {files}"
 
 
-def difference_lines(golden: GoldenResult, width: int) -> list[str]:
-    """Return the differences as lines of an observation and its changes, at most `MOST_LINES`, and what is unclear."""
-    folded = list(folded_differences(golden))
+def difference_lines(
+    golden: GoldenResult, width: int, every: bool = False, remedy: str = "--format json lists all"
+) -> list[str]:
+    """Return the differences as lines of an observation and its changes, at most `MOST_LINES`, and what is unclear.
+
+    With `every`, the change of every brick is listed. Otherwise `remedy` says how to list the lines that are left out.
+    """
+    folded = list(folded_differences(golden, every))
     label = max((len(quantity) for quantity, _ in folded), default=0)
     lines, unclear = list[str](), list[str]()
     for quantity, told in folded:
         block = unclear if quantity == UNCLEAR else lines
         block += hanging(f"{GAP}{quantity:<{label}}{GAP}{told}", width)
-    if len(lines) > MOST_LINES:
-        lines[MOST_LINES:] = [f"{GAP}and {len(lines) - MOST_LINES} more lines; --format json lists all"]
+    if len(lines) > MOST_LINES and not every:
+        lines[MOST_LINES:] = [f"{GAP}and {len(lines) - MOST_LINES} more lines; {remedy}"]
     return [*lines, *unclear]
 
 
-def folded_differences(golden: GoldenResult) -> Iterator[tuple[str, str]]:
+def folded_differences(golden: GoldenResult, every: bool = False) -> Iterator[tuple[str, str]]:
     """Yield each observation with the bricks that changed alike, or with the largest change of many bricks.
+
+    With `every`, all changes of many bricks are listed.
 
     The verdict comes first, then the number of bricks that fell, which bricks fell, other changes of their states, and
     what moved most. What is unclear comes last: without it, the differences would seem to be all.
     """
     verdicts = [each for each in golden.differences if each.quantity == VERDICT]
-    yield from _folded(verdicts)
+    yield from _folded(verdicts, every)
     if golden.fallen_text:
         label, _, counts = golden.fallen_text.partition(" ")
         yield label, counts
-    yield from _folded([each for each in golden.differences if each.quantity != VERDICT])
+    yield from _folded([each for each in golden.differences if each.quantity != VERDICT], every)
     if golden.unclear.text:
         yield UNCLEAR, golden.unclear.text
 
 
-def _folded(differences: Sequence[GoldenDifference]) -> Iterator[tuple[str, str]]:
+def _folded(differences: Sequence[GoldenDifference], every: bool) -> Iterator[tuple[str, str]]:
     alike: defaultdict[tuple[str, str, str], list[GoldenDifference]] = defaultdict(list)
     for each in sorted(differences, key=_rank):
         # All changes of a state are listed one by one, as they are few.
         change = (each.expected, each.got) if each.quantity == STATE else ("", "")
         alike[each.quantity, *change].append(each)
     for (quantity, _, _), unsorted in alike.items():
-        yield from ((quantity, text) for text in _changes(sorted(unsorted, key=_by_name)))
+        yield from ((quantity, text) for text in _changes(sorted(unsorted, key=_by_name), every))
 
 
 def _rank(difference: GoldenDifference) -> tuple[int, float]:
@@ -100,12 +107,12 @@ def _by_name(difference: GoldenDifference) -> tuple[tuple[tuple[str, int], ...],
     return natural_key(difference.subject)
 
 
-def _changes(found: Sequence[GoldenDifference]) -> Iterator[str]:
+def _changes(found: Sequence[GoldenDifference], every: bool) -> Iterator[str]:
     """Yield the changes of one observation: a line for bricks that changed alike, or one line for all."""
     alike: defaultdict[tuple[str, str], list[GoldenDifference]] = defaultdict(list)
     for each in found:
         alike[each.expected, each.got].append(each)
-    if len(alike) > MOST_ALIKE:
+    if len(alike) > MOST_ALIKE and not every:
         yield f"{_subjects([each.subject for each in found])}{_largest(found)}"
         return
     for (expected, got), equal in alike.items():
@@ -123,12 +130,12 @@ def _subjects(names: Sequence[str]) -> str:
 
 
 def _largest(found: Sequence[GoldenDifference]) -> str:
-    """Return the largest change of numbers."""
+    """Return the largest change of numbers, with the brick, its old and its new value."""
     sizes = [(size, each) for each in found if (size := _size(each)) is not None]
     if not sizes:
         return ": changed"
     size, most = max(sizes, key=itemgetter(0))
-    return f": by up to {significant(size)} {most.unit}".rstrip() + f" ({most.subject})"
+    return f": by up to {significant(size)} {most.unit}".rstrip() + f" ({most.subject}: {most.expected} -> {most.got})"
 
 
 def _size(difference: GoldenDifference) -> float | None:

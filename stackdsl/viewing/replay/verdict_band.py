@@ -116,5 +116,7 @@ def _remedy_json(remedy: OtherNumber | MoreFriction | HeavierBrick) -> Json:
     number, bound = remedy.number, remedy.limit
     new = number.text(bound.value)
     text = f"{number.name} {'≥' if bound.least else '≤'} {new}"
-    where = {"file": number.span.file, "line": number.span.line}
-    return {"text": text, "now": f"now {number.text(number.number)}", "copy": new, **where}
+    now, where = f"now {number.text(number.number)}", {"file": number.span.file, "line": number.span.line}
+    if number.span.key:  # in a program, not in the file of the scenario
+        now, where = f"{now}, {number.span}", {"file": "", "line": 0}
+    return {"text": text, "now": now, "copy": new, **where}

@@ -122,6 +122,18 @@ def test_a_review_shows_brick_quantity_was_and_is_and_takes_one_key(
     assert stackdsl("check", CI="true").code == 0
 
 
+def test_a_review_gives_the_largest_of_many_changes_and_with_v_that_of_every_brick(
+    stackdsl: Stackdsl, tmp_path: Path, locked: Path
+) -> None:
+    change(tmp_path, GOOD.replace("levels: 3", "levels: 5, step: 0 mm"))
+    stackdsl("check", "--update")
+    change(tmp_path, GOOD.replace("levels: 3", "levels: 5, step: 4 mm"))
+    stackdsl("check")
+    assert "by up to 16 mm (L5.1: 0.00 mm -> 16.00 mm)" in stackdsl("golden", "review", keys="q").out
+    every = stackdsl("golden", "review", "-v", keys="q").out
+    assert [f"L{n}.1: 0.00 mm -> {4 * (n - 1)}.00 mm" in every for n in (2, 3, 4, 5)] == [True] * 4
+
+
 def test_a_failing_case_is_accepted_only_with_accept_failing(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
     was = locked.read_text()
     change(tmp_path, FAILING)

@@ -278,7 +278,7 @@ def test_a_golden_difference_names_each_brick_once_with_the_largest_change() -> 
     ]
     head, change, decide = block(report(with_golden(GoldenStatus.DIFFERENT, "", *moved)))
     assert head.startswith("≠ GOLDEN DIFFERS  slant[step=11mm,thesis] ")
-    assert change == "  x  L2.1, L5.1, L7.1, L9.1: by up to 0.9 mm (L9.1)"
+    assert change == "  x  L2.1, L5.1, L7.1, L9.1: by up to 0.9 mm (L9.1: 9.0 mm -> 9.9 mm)"
     assert decide == "  decide    stackdsl golden review"
 
 
