@@ -6,6 +6,7 @@ import re
 import sys
 from collections.abc import Callable
 from dataclasses import FrozenInstanceError
+from html import unescape
 from inspect import currentframe
 from pathlib import Path
 from typing import Any
@@ -185,11 +186,14 @@ def test_a_value_of_another_kind_is_told_at_the_argument(values: dict[str, Any],
 
 def test_a_value_given_to_load_has_its_place_in_the_program_and_no_command_selects_its_case(tmp_path: Path) -> None:
     file = tmp_path / "leaning.yaml"
-    file.write_text(VARIABLES, encoding="utf-8")
+    file.write_text(f"{VARIABLES}expect: [stands: all]", encoding="utf-8")
     case = load(file, step="18 mm")[1]
     line = currentframe().f_lineno - 1  # type: ignore[union-attr]
-    assert find(case, largest="step").place.partition(":")[2] == f"{line}:5"
-    assert play(case).cause.see == "print(run.cause)"
+    place = find(case, largest="step").place
+    assert place.partition(":")[2] == f"{line}:5"
+    run = play(case)
+    assert run.cause.see == "print(run.cause)"
+    assert f"now 18 mm, {place}" in unescape(run._repr_mimebundle_()["text/html"])
     as_written = load(file)[1]
     assert play(as_written).cause.see == f"stackdsl explain {file} -k 'leaning[levels=9,exact]'"
 
