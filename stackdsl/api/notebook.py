@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final, TypeVar
 
 from stability.notebook import Display, Displayed, Printer, bundle, display_of
+from stability.work_limit import TooMuchWorkError, limited
 from stackdsl.api.written import yaml_text
 from stackdsl.checking.cases import SUFFIXES, Case
 from stackdsl.checking.play_case import play_case
@@ -20,9 +21,11 @@ from stackdsl.report.text import margin_text
 from stackdsl.results import GOLDEN_FAILURES, ClaimOutcome, FailureCause, GoldenResult, GoldenStatus, VariantResult
 from stackdsl.simulation.recording import Recorder
 from stackdsl.trace import Trace
+from stackdsl.work import limit
 
 LONGEST: Final = 10.0  # [s] wall time of a run that is played once more for its replay
 LARGEST: Final = 4_000_000  # [characters] of a replay within a notebook, which keeps each output
+PICTURE: Final = (480.0, 320.0)  # [px] of a planned build
 HEIGHT: Final = 720  # [px] of the replay
 
 REMEDIES: Final = {
@@ -57,7 +60,18 @@ def _(case: Case) -> Display:
     bricks = sum(not placement.hits for placement in case.timeline.placements)
     place = case.written.span_of(("scenario",))
     lines = [*case.parameters, ("system", case.system), ("bricks", str(bricks)), ("scenario", str(place))]
-    return Display(case.name, lines, aligned=yaml_text(case.written.values).splitlines())
+    return Display(case.name, lines, aligned=yaml_text(case.written.values).splitlines(), more=partial(_design, case))
+
+
+def _design(case: Case) -> str:
+    """Return a picture of the planned build; none of a build that takes long to draw."""
+    from stackdsl.viewing.pictures import design  # noqa: PLC0415 -- only notebooks need pictures
+
+    try:
+        with limited(limit()):
+            return design(case.timeline, *PICTURE)
+    except TooMuchWorkError:
+        return ""
 
 
 @display_of.register

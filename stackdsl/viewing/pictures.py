@@ -19,18 +19,20 @@ from stability.name_order import in_order, names_text
 from stability.stabilizers.approach import IMMINENT, OVERLOADED
 from stackdsl.shown_text import visible
 from stackdsl.simulation.recording import NUMBER, POSITION, TIME, Rows
-from stackdsl.timeline import Arrival
+from stackdsl.timeline import Arrival, Timeline
 from stackdsl.trace import Event, EventKind
 from stackdsl.viewing.drawing import (
     DASHES,
     EDGE_ON,
     NO_FILL,
     NOTHING,
+    VIEWS,
     DrawingArea,
     ForceScale,
     Frame,
     Overlay,
     ScaleBar,
+    Solid,
     State,
     View,
     arrow_shape,
@@ -144,11 +146,31 @@ class Sheet:
 
 def thumbnail(run: RunView, frame: Frame, width: float, height: float) -> str:
     """Return a drawing without texts as SVG. Raises TooMuchWorkError."""
-    low, high = _bounds(run, [frame], None)
+    area = _filled(*_bounds(run, [frame], None), width, height)
+    return svg_of(width, height, _drawing(run, frame, area, None)[0], adapts=False)
+
+
+def design(timeline: Timeline, width: float, height: float) -> str:
+    """Return a drawing of the bricks of a build at their planned places as SVG. Raises TooMuchWorkError."""
+    view = VIEWS["three-quarter"]
+    placed = [each for each in timeline.placements if not each.hits]
+    solids = {each.brick.id: Solid.of(each.brick.shape, each.pose) for each in placed}
+    points = np.concatenate([view.on_paper(solid.corners) for solid in solids.values()] or [np.array([(0, 0), (1, 1)])])
+    area = _filled(points.min(axis=0), points.max(axis=0), width, height)
+    faces = faces_of(solids, dict.fromkeys(solids, token("wood")), view, area)
+    shapes = [f'<rect width="100%" height="100%" fill="{token("scene")}"/>']
+    shapes += ground_shapes(
+        timeline.world.planes, solids.values(), view, area, ScaleBar.of(view, area.scale, BAR).length
+    )
+    shapes += brick_shapes(faces, rim_of([each.brick for each in placed], area.scale))
+    return svg_of(width, height, shapes, adapts=False)
+
+
+def _filled(low: Array, high: Array, width: float, height: float) -> DrawingArea:
+    """Return the paper of a size [px] that a rectangle [m] fills."""
     size = np.array((width, height))
     scale = float(((size - 2.0 * MARGIN) / (high - low)).min())
-    area = DrawingArea((low + high) / 2.0 - size / scale / 2.0, scale, width, height)
-    return svg_of(width, height, _drawing(run, frame, area, None)[0], adapts=False)
+    return DrawingArea((low + high) / 2.0 - size / scale / 2.0, scale, width, height)
 
 
 @dataclass(frozen=True)

@@ -158,7 +158,7 @@ def test_a_case_shows_its_values_and_its_yaml_and_says_how_to_see_it() -> None:
     shown = text_of(case)
     assert shown.startswith("a[step=5mm,exact]\n  step      5 mm\n  system    exact\n  bricks    3\n")
     assert "    step: ${step}" in shown
-    assert "<pre" in html_of(case)
+    assert [f"<title>{name}</title>" in html_of(case) for name in ("L1.1", "L3.1", "L4.1")] == [True, True, False]
     with pytest.raises(
         AttributeError, match=r"no attribute 'show'; .* write `play\(case\)` as the last line of a cell"
     ):
