@@ -150,7 +150,9 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
             tell(diagnostic_text(replace(mistake, hint=_as_options(mistake.hint))))
         if error.proposed:
             edits = any(
-                "headers by" in mistake.hint or (mistake.code != OPEN and "`ignore`" not in mistake.hint)
+                "headers by" in mistake.hint
+                or "if it is the " in mistake.hint
+                or (mistake.code != OPEN and "`ignore`" not in mistake.hint)
                 for mistake in error.diagnostics
             )
             when = "when the file is corrected, this command" if edits else "this command"

@@ -289,6 +289,7 @@ def _sited(bricks: Sequence[ResolvedBrick], built: ResolvedScenario) -> list[Tim
     ]
 
 
+DELETE: Final = "delete one of them if it is there twice"
 AXES: Final[Mapping[str, Vec3]] = {
     **{"+x": (1.0, 0.0, 0.0), "+y": (0.0, 1.0, 0.0), "+z": (0.0, 0.0, 1.0)},
     **{"-x": (-1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0)},
@@ -311,10 +312,13 @@ def _misfit(
         towards = next((f" towards {name}" for name, axis in AXES.items() if dot(axis, fit.way_out_W) > ON_AXIS), "")
         hint = f"move it by at least {mm(fit.depth)}{towards}"
         if not of_layout:
-            if other is not None and _bounds((brick.written,)) == _bounds((other,)):
-                return "SD201", f"{message}, at the same place", "delete one of them if it is there twice, or move it"
+            same = other is not None and _bounds((brick.written,)) == _bounds((other,))
+            twice = same and other is not None and brick.written.mass == other.mass
+            message = f"{message}, at the same place" if same else message
             if other is not None and (on_deck := _on_deck(brick, other, bricks, source)):
-                return "SD201", message, on_deck
+                return "SD201", message, f"{on_deck}; or {DELETE}" if twice else on_deck
+            if same:
+                return "SD201", message, f"{DELETE}, or move it" if twice else "move one of them"
             aside = _apart(brick.written, other) if other is not None and towards == " towards +z" else ""
             return "SD201", message, f"move it aside, by {aside}, or {hint.removeprefix('move it ')}" if aside else hint
         if other is None or brick.written.step >= len(scenario.build):
@@ -332,14 +336,23 @@ def _misfit(
 
 
 def _on_deck(brick: ResolvedBrick, other: WrittenBrick, bricks: Sequence[ResolvedBrick], source: Source) -> str:
-    """Return the moves with which an imported box fits on its deck; empty without a deck, or if it lies too low."""
+    """Return how an imported box fits on its deck; empty without a deck, or if it lies too low.
+
+    A mistyped place is the usual cause, so the row comes first, and moves that also move other boxes come last.
+    """
     step = brick.written.path[:2]
     if step not in source.decks or other.path[:2] != step:
         return ""
     load = [each for each in bricks if each.written.path[:2] == step]
     room = Room([bounds_W(each.written.shape, each.written.pose) for each in load], source.decks[step])
     number = load.index(brick)
-    return room_text(room, number, [f"'{each.name}'" for each in load]) if room.is_crowded(number) else ""
+    if not room.is_crowded(number):
+        return ""
+    row = f"check the place of '{brick.name}' in line {source.span_of(brick.written.path).line}"
+    alone = room.move_to_only_free_place(number)
+    free = f": the only free place of its size in this layer is {alone}" if alone else ""
+    moves = room_text(room, number, [f"'{each.name}'" for each in load])
+    return f"{row}{free}; or {moves}"
 
 
 def _apart(brick: WrittenBrick, other: WrittenBrick) -> str:

@@ -10,6 +10,7 @@ from itertools import product
 from math import cos, radians, sin
 
 from stability.model import Vec3
+from stability.name_order import names_text
 from stackdsl.diagnostics import ScenarioWarning
 from stackdsl.importers.load import Deck, Exact3, ImportedBox, ImportedLoad
 from stackdsl.importers.settling import RIGHT_ANGLE
@@ -80,8 +81,8 @@ def overhang_warnings(load: ImportedLoad, options: Import) -> Iterator[ScenarioW
     worst = max(overhanging, key=lambda overhang: overhang.amount)
     name = f"'{worst.box.name}'" if worst.box.name else "this box"
     sides = " and ".join(f"{millimetres(float(amount))} mm towards {side}" for side, amount in worst.beyond)
-    others = len(overhanging) - 1
-    more = f", and {others} other box{'es' * (others > 1)} by at most this amount" if others else ""
+    others = [_name(each.box) for each in overhanging if each is not worst]
+    more = f", and {names_text(others)} by at most this amount" if others else ""
     size = " x ".join(millimetres(float(side)) for side in deck.size)
     if _is_beside(worst.box, deck):
         yield ScenarioWarning(
@@ -93,13 +94,31 @@ def overhang_warnings(load: ImportedLoad, options: Import) -> Iterator[ScenarioW
         )
         return
     number = next(number for number, box in enumerate(load.boxes) if box is worst.box)
-    names = [f"'{box.name}'" if box.name else f"the box of line {box.span.line}" for box in load.boxes]
+    names = [f"'{box.name}'" if box.name else _name(box) for box in load.boxes]
     yield ScenarioWarning(
         worst.box.span,
-        f"{name} overhangs the deck of {size} mm by {sides}{more}; the verdict assumes that the deck continues there",
+        f"{name} overhangs the deck of {size} mm by {sides}{more}; {_basis(load, deck)}",
         f"{room_text(Room([*map(_float_bounds, load.boxes)], area), number, names)}, or permit the overhang: "
         f"`deck: {{overhang: {millimetres(float(worst.amount))} mm}}`",
     )
+
+
+def _basis(load: ImportedLoad, deck: Deck) -> str:
+    """Return whether the ground beside the deck carries a box in the verdict."""
+    allowed = load.precision + ROUNDED
+    beside = [
+        _name(box)
+        for box in load.boxes
+        if _bounds(box)[0][2] <= allowed and any(beyond > allowed for _, beyond in _side_overhangs(box, deck))
+    ]
+    if not beside:
+        return "every overhanging box lies on other boxes, so the verdict is that of the real deck"
+    carried = f"the verdict counts on ground beside the deck below {names_text(beside)}"
+    return f"{carried}; build the deck as a brick to judge the real one: docs/guides/pallets.md, The real deck"
+
+
+def _name(box: ImportedBox) -> str:
+    return box.name or f"the box of line {box.span.line}"
 
 
 def _is_beside(box: ImportedBox, deck: Deck) -> bool:

@@ -300,18 +300,19 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Map
     unsupported: dict[str, None] = {}
     before = len(reading.mistakes)
     headers = {header: cell.span for row in rows for header, cell in row.cells.items()}
+    weight = _weight_column(headers, reading.ignored)
     where = reading.page.span(next((n for n, line in enumerate(reading.page.lines) if line.strip()), 0), 0)
     for header, span in headers.items():
         match = _HEADER.fullmatch(header)
-        name = match["name"].lower() if match else ""
+        name = "mass" if header == weight else match["name"].lower() if match else ""
         if header in reading.ignored:
             reading.skip(header, span, harmless=False)
-        elif match is None or name not in COLUMNS:
+        elif (match is None and not name) or name not in COLUMNS:
             unsupported[header] = None
         elif name in columns:
             reading.wrong(span, f"both '{columns[name].header}' and '{header}' specify the {name}", "keep one of them")
         else:
-            written = (match["a"] or match["b"] or match["c"] or "").strip()
+            written = _unit_in(header) if header == weight else _written_unit(match)
             written = written or _default_unit(name, options)
             if not written and name not in BARE:
                 without_unit.append((name, _header_span(reading, header, span)))
@@ -335,16 +336,34 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Map
     return {} if missing or wrong else columns
 
 
+def _weight_column(headers: Collection[str], ignored: Collection[str]) -> str:
+    """Return the header of the only column of weights, such as `Weight` or `Gewicht [kg]`; it gives the masses.
+
+    Empty if the table has a column of masses, several of weights, or one whose unit is no unit of mass.
+    """
+    weights = [header for header in headers if likely_column(header) == "mass" and header not in ignored]
+    if len(weights) != 1 or _exact_column(weights[0]) or any(_exact_column(header) == "mass" for header in headers):
+        return ""
+    unit = _unit_in(weights[0])
+    return weights[0] if not unit or unit in IN_KILOGRAMS else ""
+
+
+def _written_unit(match: re.Match[str] | None) -> str:
+    """Return the unit of a header; empty for none."""
+    return (match["a"] or match["b"] or match["c"] or "").strip() if match is not None else ""
+
+
 def _ask_for_units(reading: LoadReading, rows: Sequence[_Row], without_unit: Sequence[tuple[str, Span]]) -> None:
     """Ask for the units of all columns that have none, with likely units."""
     if not without_unit:
         return
     names, (first, where_first) = [name for name, _ in without_unit], without_unit[0]
-    plural, told = len(names) > 1, ", ".join(f"`{name}`" for name in names)
+    headers = {name: header for name, header in _likely_headers(rows).items() if name in names}
+    plural, told = len(names) > 1, ", ".join(f"'{headers.get(name, name)}'" for name in names)
     message = f"the columns {told} have no unit" if plural else f"the column {told} has no unit"
     units, reason = _likely_units(rows, names)
     reading.proposed |= units
-    reading.undetermined(where_first, message, _example(first, units) + reason)
+    reading.undetermined(where_first, message, _example(first, units, headers.get(first, first)) + reason)
 
 
 def _likely_headers(rows: Sequence[_Row]) -> Mapping[str, str]:
@@ -524,11 +543,11 @@ def _unit(reading: LoadReading, name: str, unit: str, span: Span) -> Fraction | 
     return units.get(unit)
 
 
-def _example(name: str, units: Mapping[str, str]) -> str:
+def _example(name: str, units: Mapping[str, str], header: str = "") -> str:
     """Return how to give units: in a header such as that of `name`, or these for all columns without one."""
     unit = units.get("mass", "kg") if name == "mass" else "deg" if name == "yaw" else units.get("length", "mm")
     shown = ", ".join(f"{kind}: {usual}" for kind, usual in units.items())
-    return f"write the header '{name} [{unit}]'" + (f", or set `units: {{{shown}}}`" if units else "")
+    return f"write the header '{header or name} [{unit}]'" + (f", or set `units: {{{shown}}}`" if units else "")
 
 
 # The longest side of all boxes of a load is mostly between these limits.

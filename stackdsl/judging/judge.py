@@ -124,7 +124,9 @@ def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, sy
     ]
     expected = [claim.content for claim in (*(claim for _, claim in expectations), *scenario.truth)]
     outcomes = _outcomes(expectations, trace, variant, source)
-    if any(claim.content.rests_on_fate_of(trace) for _, claim in expectations):
+    # Before the end of the build, a proof decides what falls; the rest of a fall after a hit is chaotic.
+    after_build = trace.collapse is not None and bool(trace.collapse.fallen)
+    if after_build and any(claim.content.rests_on_fate_of(trace) for _, claim in expectations):
         unclear = unclear_bricks(trace, system_named(system).extension)
         shared = [len(unclear.intersection(claim.content.rests_on_fate_of(trace))) for _, claim in expectations]
         outcomes = tuple(replace(each, unclear=count) for each, count in zip(outcomes, shared, strict=True))

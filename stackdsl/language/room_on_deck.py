@@ -6,12 +6,14 @@ that moves pushes the boxes of its layer in front of it. Boxes count with their 
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Final, TypeAlias
 
 from stability.model import Vec3
 from stackdsl.language.yaml.source import Area
 
 PLAN: Final = (0, 1)  # axes
+MOST_TRIED: Final = 60  # other boxes of a layer among which a free place is looked for
 TOUCHING: Final = 1e-6  # [m] deeper boxes are inside each other
 NAMES: Final = (("-x", "+x"), ("-y", "+y"))
 
@@ -43,6 +45,31 @@ class Room:
                 if self._collide(one, other) and not self._parted(one, other):
                     return None
         return {each: move for each, move in sorted(self.moves.items()) if max(map(abs, move)) > TOUCHING}
+
+    def move_to_only_free_place(self, box: int) -> str:
+        """Return the move of a box to the only free place of its size in its layer; empty if there is none or several.
+
+        Places touch sides of the deck or of other boxes, so a hole that is larger than the box has several.
+        """
+        layer = [other for other in range(len(self.boxes)) if other != box and self._in_one_layer(box, other)]
+        if len(layer) > MOST_TRIED:
+            return ""
+        low = self.boxes[box][0]
+        self.moves, free = {}, set[tuple[float, float]]()
+        for x, y in product(*(self._touching(box, axis, layer) for axis in PLAN)):
+            self.moves = {box: [x - low[0], y - low[1]]}
+            if not any(self._collide(box, other) for other in layer):
+                free.add((round(x - low[0], 6), round(y - low[1], 6)))
+        self.moves = {}
+        return " and ".join(_told(free.pop())) if len(free) == 1 else ""
+
+    def _touching(self, box: int, axis: int, layer: Sequence[int]) -> set[float]:
+        """Return the lower ends of a box along an axis at which it touches another box or a side of the deck."""
+        size = self.boxes[box][1][axis] - self.boxes[box][0][axis]
+        least, most = self.deck[0][axis], self.deck[1][axis] - size
+        ends = {least, most, *(self.boxes[other][1][axis] for other in layer)}
+        ends |= {self.boxes[other][0][axis] - size for other in layer}
+        return {round(end, 9) for end in ends if least - TOUCHING <= end <= most + TOUCHING}
 
     def is_crowded(self, box: int) -> bool:
         """Return whether another box of the same layer is inside a box."""

@@ -77,8 +77,20 @@ def test_headers_that_others_use_are_asked_about(stackdsl: Stackdsl, tmp_path: P
     write(tmp_path, CROWDED.replace("name", "ID").replace("mass [kg]", "weight").replace("width", "widht"), "load.csv")
     asked = stackdsl("import", "load.csv", "--point", "corner")
     assert (asked.code, asked.out) == (ExitCode.INVALID, "")
-    assert "replace the line of headers by `name,length [mm],width [mm],height [mm],mass,x [mm]," in asked.err
+    assert "replace the line of headers by `name,length [mm],width [mm],height [mm],weight,x [mm]," in asked.err
     assert asked.err.endswith("  stackdsl import load.csv --point corner --mass kg\n")
+
+
+@pytest.mark.parametrize("header", ["Weight", "Gewicht", "gross weight", "Gross weight [kg]"])
+def test_a_column_of_weights_gives_the_masses_and_the_proposed_command_works(
+    stackdsl: Stackdsl, tmp_path: Path, header: str
+) -> None:
+    write(tmp_path, f"Name,Length,Width,Height,{header},X,Y,Z\nA1,400,300,200,9,0,0,0\n", "load.csv")
+    asked = stackdsl("import", "load.csv").err
+    assert "`mass`" not in asked
+    assert "'mass'" not in asked
+    printed = stackdsl(*shlex.split(asked.splitlines()[-1])[1:])
+    assert (printed.code, "mass: 9 kg" in printed.out) == (ExitCode.OK, True)
 
 
 def test_a_file_that_is_wrong_is_told_in_its_place(stackdsl: Stackdsl, tmp_path: Path) -> None:
@@ -117,7 +129,7 @@ def test_a_german_table_has_all_its_questions_asked_at_once(stackdsl: Stackdsl, 
     write(tmp_path, EXCEL, "load.csv")
     asked = stackdsl("import", "load.csv")
     assert asked.code == ExitCode.INVALID
-    header = "name;length [cm];width [cm];height [cm];mass [kg];X (cm);Y (cm);Z (cm);Bemerkung"
+    header = "name;length [cm];width [cm];height [cm];Gewicht (kg);X (cm);Y (cm);Z (cm);Bemerkung"
     assert f"replace the line of headers by `{header}`" in asked.err
     assert "z of the lowest boxes is 0, so write --point corner" in asked.err
     assert "load.csv:5:1: SD114 the row has no size and no position, as in a row of totals ('Summe')" in asked.err
@@ -193,10 +205,10 @@ def test_numbers_of_cartons_become_their_names_with_a_prefix(stackdsl: Stackdsl,
     rows = "".join(f"3401{n};A-1040;{n + 1};0;0;{250 * n};300;400;250;12\n" for n in range(2))
     write(tmp_path, f"NVE;Artikel;Lage;Pos_X;Pos_Y;Pos_Z;Länge;Breite;Höhe;Gewicht_kg\n{rows}", "load.csv")
     asked = stackdsl("import", "load.csv").err
-    assert "`name;Artikel;Lage;x;y;z;length;width;height;mass [kg]`" in asked
+    assert "`name;Artikel;Lage;x;y;z;length;width;height;Gewicht_kg`" in asked
     assert "add the column" not in asked  # Pos_Z is the z
     assert "--ignore NVE" not in asked
-    write(tmp_path, f"name;Artikel;Lage;x;y;z;length;width;height;mass [kg]\n{rows}", "load.csv")
+    write(tmp_path, f"name;Artikel;Lage;x;y;z;length;width;height;Gewicht_kg\n{rows}", "load.csv")
     printed = stackdsl(*shlex.split(asked.splitlines()[-1])[1:]).out
     assert "name: c34010" in printed
     assert "names that begin with a digit have the prefix 'c'" in printed

@@ -105,7 +105,7 @@ def test_a_file_outside_of_the_project_is_not_read(file: str) -> None:
 
 
 OPEN: dict[str, tuple[str, dict[str, object], str]] = {
-    "a header without a unit": (TABLE.replace(" [g]", ""), {}, "the column `mass` has no unit"),
+    "a header without a unit": (TABLE.replace(" [g]", ""), {}, "the column 'mass' has no unit"),
     "an unknown unit": (TABLE.replace("[g]", "[st]"), {}, "'st' is not a known unit of mass"),
     "an unknown column": (TABLE.replace("name", "colour"), {}, "'colour' is not supported"),
     "a missing column": (

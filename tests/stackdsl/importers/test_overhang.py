@@ -92,7 +92,7 @@ def test_the_error_of_an_overlap_and_the_warning_of_an_overhang_ask_for_the_same
     checked, imported = stackdsl("check", "a.yaml"), stackdsl("import", "a.csv", "--point", "corner", "--deck", "EUR")
     for told_there in (checked.out + checked.err, imported.err):
         assert "SD201 brick 'c' is 150 mm inside brick 'b'" in told_there
-        assert f"= {moves}\n" in told_there
+        assert f"or {moves}\n" in told_there
     assert f"; {moves}, or permit the overhang: --overhang '100 mm'" in imported.err
 
 
@@ -113,6 +113,11 @@ def test_a_row_that_is_longer_than_the_deck_has_no_room() -> None:
     assert "; turn it, or give the right `deck`, since it is larger than the deck, or" in warning
 
 
+def test_a_box_that_the_ground_beside_the_deck_carries_is_told_with_the_remedy() -> None:
+    (warning,) = told_of_rows("a,300,400,200,5,0,0,0\nb,300,400,200,5,1000,0,0")
+    assert "the verdict counts on ground beside the deck below b; build the deck as a brick" in warning
+
+
 def test_a_second_pallet_in_a_table_is_no_overhang_to_push_back() -> None:
     (warning,) = told_of_rows("a,300,400,200,5,0,0,0\nb,300,400,200,5,2000,0,0")
     assert "'b' lies beside the deck of 1200 x 800 mm, and reaches 1100 mm towards +x beyond it" in warning
@@ -124,7 +129,22 @@ def test_a_row_that_is_there_twice_is_to_be_deleted(stackdsl: Stackdsl, tmp_path
     write(tmp_path, f"{HEAD}\na,300,400,200,5,0,0,0\nb,300,400,200,5,0,0,0\n", "a.csv")
     told_of = stackdsl("import", "a.csv", "--point", "corner", "--deck", "EUR").err
     assert "brick 'b' is 200 mm inside brick 'a', at the same place" in told_of
-    assert "= delete one of them if it is there twice, or move it" in told_of
+    assert (
+        "= check the place of 'b' in line 3; or move 'b' 300 mm towards +x; or delete one of them if it is" in told_of
+    )
+    write(tmp_path, f"{HEAD}\na,300,400,200,5,0,0,0\nb,300,400,200,6,0,0,0\n", "a.csv")
+    assert "delete" not in stackdsl("import", "a.csv", "--point", "corner", "--deck", "EUR").err  # another mass
+
+
+def test_a_mistyped_place_comes_before_moves_of_others_with_the_only_free_place(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    rows = [f"c{n},400,400,200,5,{400 * (n % 3)},{400 * (n // 3)},0" for n in range(6)]
+    rows[4] = rows[4].replace("5,400,400", "5,40,400")
+    write(tmp_path, "\n".join([HEAD, *rows, ""]), "a.csv")
+    told_of = stackdsl("import", "a.csv", "--point", "corner", "--deck", "EUR").err
+    free = "the only free place of its size in this layer is 360 mm towards +x"
+    assert f"= check the place of 'c4' in line 6: {free}; or move" in told_of
 
 
 def test_a_box_that_is_too_low_still_goes_up(stackdsl: Stackdsl, tmp_path: Path) -> None:
@@ -141,7 +161,10 @@ def test_cartons_further_up_count_as_well_and_the_worst_is_told() -> None:
     asked = Import.model_validate({**ASKED, "deck": "EUR"})
     (warning,) = overhang_warnings(read_load(f"{HEAD}\n{rows}".encode(), "a.csv", asked), asked)
     assert "'higher' overhangs" in warning.message
-    assert "and 1 other box by at most this amount" in warning.message
+    assert (
+        "and high by at most this amount; every overhanging box lies on other boxes, so the verdict is that of"
+        in warning.message
+    )
     assert warning.span.line == 4
 
 
