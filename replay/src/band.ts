@@ -84,6 +84,7 @@ function seen(command: string): HTMLElement {
   return part("div", { class: "see" }, part("span", { class: "label", text: "See it" }), code, copier(command, code));
 }
 
+const WARNING = "Warning"; // about the files of a run, which fails nothing
 const HEADS = ["", "claim", "expected", "measured", "margin", "written at"];
 
 function table(claims: Claim[], truths: Claim[]): HTMLElement {
@@ -114,12 +115,13 @@ export function answerOf(run: Run, brief = false): Answer {
   if (!why && fall?.predicted) lead.push(["This run", `no brick fell on ${system}`], ["Statics predict", `a fall ${falls}`]);
   if (facts.get("After") && !brief) lead.push(["After", facts.get("After")!]);
   if (!why && fall && !fall.predicted) lead.push(["Falls", falls]);
-  const rest: [string, string][] = told.facts.filter(([name]) => name !== "Why" && (brief || name !== "After"));
+  const rest: [string, string][] = told.facts.filter(([name]) => name !== "Why" && name !== WARNING && (brief || name !== "After"));
   if (!why && !fall && weakest) lead.push([run.asBuilt()[1] < run.told.end ? "Weakest as built" : "Weakest", weakest.text.replace(/^weakest: /, "")]);
   if (!fall && room) rest.push(["Least room", `${bricks.name[room.brick]}, with its centre of mass ${room.depth} mm inside the support`]);
   if (description) rest.unshift(["About", description]);
   const nearest = told.claims.length === 1 ? told.claims[0] : undefined;
   if (told.status === "passed" && nearest?.margin && !nearest.margin.startsWith("0 ")) lead.push(["Margin", nearest.margin]);
+  lead.push(...told.facts.filter(([name]) => name === WARNING));
   const count = told.claims.length;
   const about = [system, !count ? "" : failed.length ? `${failed.length} of ${count} claims failed` : `${count} of ${count} claims hold`, failed[0]?.place ?? ""];
   const image = told.status === "differs" ? "disagrees" : undefined; // it fails as expected, and no golden file differs

@@ -17,6 +17,7 @@ Json: TypeAlias = Mapping[str, Any]
 
 SHOWN: Final = {Status.PASSED: "passed", Status.FAILED: "failed", Status.EXPECTED_FAILURE: "differs"}  # others: open
 IN_TABLE: Final = ("expected", "measured", "also")  # of the claims
+WARNING: Final = "Warning"  # shown in the band, as in the terminal
 TO_FALL: Final = ("collapses", "falls", "pivots")  # claims that no remedy against a fall helps
 
 
@@ -67,6 +68,7 @@ def _short(outcome: ClaimOutcome) -> str:
 def _facts(result: VariantResult) -> Iterator[tuple[str, str]]:
     """Yield what explains the verdict, in the order of all reports; the table of claims has the others."""
     yield from ((name.capitalize(), text) for name, text in failure_lines(result) if name not in IN_TABLE)
+    yield from ((WARNING, f"{odd.span}: {odd.message}") for odd in result.warnings)  # the terminal has the remedies
     disagreeing = [truth for truth in result.truths if not truth.passed]
     yield "Reference disagrees", "; ".join(outcome_text(truth) for truth in disagreeing)
     if result.early_end is not None:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from stability.name_order import in_order, names_text
+from stackdsl.diagnostics import ScenarioWarning, Span
 from stackdsl.trace import EventKind
 from stackdsl.viewing.drawing import solids_at
 from stackdsl.viewing.replay.page import replay_page
@@ -336,6 +337,12 @@ def test_a_thrown_brick_is_seen_in_flight_and_no_brick_is_said_to_move_before_th
     assert asked(page, "replay.pickedAt(...replay.onScreen('box'))") == "box"  # and not the wall in front of it
     asked(page, f"replay.seek({hit + 0.1})")
     wait_for(lambda: "moves" in text_of(page, ".legend"))
+
+
+def test_a_warning_about_the_files_of_a_run_is_in_its_band(undrawn: "Chrome", tower: RunView, tmp_path: Path) -> None:
+    odd = ScenarioWarning(Span("load.csv", 3, 1, 2, ""), "'<b>' overhangs the deck", "move it")
+    page = shown(undrawn, replace(tower, result=replace(tower.result, warnings=(odd,))), tmp_path)
+    wait_for(lambda: "Warning load.csv:3:1: '<b>' overhangs the deck" in text_of(page, ".band"))
 
 
 def test_what_fell_lies_and_only_the_others_stand_after_a_hit(
