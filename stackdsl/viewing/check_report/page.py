@@ -33,6 +33,7 @@ from stackdsl.report.outline import (
     see_line,
 )
 from stackdsl.report.text import ending_text
+from stackdsl.report.warnings import unclear_text
 from stackdsl.results import GoldenResult, Report, RunStatus, VariantResult
 from stackdsl.shown_text import harmless
 from stackdsl.simulation.known_systems import unplayable
@@ -376,6 +377,10 @@ class ReportPage:
             ("disagree with the reference", [r for r in self.report.results if r.truth_agrees is False]),
             ("have a warning on the engine", [r for r in self.report.results if _engine_warning(r)]),
             ("ended early, as every claim was decided", [r for r in self.report.results if r.early_end is not None]),
+            (
+                "have a claim that rests on bricks whose fate is unclear",
+                [r for r in self.report.results if _unclear(r)],
+            ),
             ("have a warning on their files", [r for r in self.report.results if r.warnings]),
         ]
         cards = "".join(
@@ -388,6 +393,10 @@ class ReportPage:
         return f'<section class="notes"><h2>Notes that fail nothing</h2>{cards}</section>' if cards else ""
 
 
+def _unclear(result: VariantResult) -> list[str]:
+    return [unclear_text(outcome) for outcome in result.outcomes if outcome.passed and outcome.unclear]
+
+
 def _engine_warning(result: VariantResult) -> str:
     return f"a numerical collapse: {result.numerical}" if result.numerical else engine_warning(result)
 
@@ -398,7 +407,7 @@ def _note(result: VariantResult) -> str:
         for outcome in result.truths
         if not outcome.passed
     ]
-    texts += [_engine_warning(result), *map(str, result.warnings)]
+    texts += [_engine_warning(result), *map(str, result.warnings), *_unclear(result)]
     texts += [ending_text(result.early_end)] if result.early_end is not None else []
     told = "; ".join(filter(None, texts))
     return f": {told}" if told else ""
