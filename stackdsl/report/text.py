@@ -9,6 +9,7 @@ from stability.stabilizers.approach import IMMINENT, OVERLOADED
 from stackdsl.report.warnings import (
     modified_text,
     passed_text,
+    unclear_text,
     wrong_edges_text,
     wrong_friction_text,
 )
@@ -270,6 +271,8 @@ def claim_lines(result: VariantResult) -> Iterator[str]:
     for outcome in result.outcomes:
         mark = f"{MARK_PASSED} passed" if outcome.passed else f"{MARK_FAILED} failed"
         yield f"{mark}  {outcome_text(outcome)}  ({outcome.span})"
+        if outcome.passed and outcome.unclear:
+            yield f"note: {unclear_text(outcome)}"
     if result.why is not None:
         yield from why_lines(result.why)
     for truth in result.truths:
