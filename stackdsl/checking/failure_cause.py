@@ -163,7 +163,7 @@ def _action_text(together: Sequence[Action], timeline: Timeline) -> str:
 
 def _first(trace: Trace) -> str:
     if trace.collapse is not None:
-        return f"{trace.collapse.brick} had {trace.collapse.by} at {trace.collapse.time:.3f} s"
+        return f"{trace.collapse.brick} fell first: it had {trace.collapse.by} at {trace.collapse.time:.3f} s"
     worst = max(trace.tracks.values(), key=lambda track: track.shift, default=None)
     if worst is None or worst.shift < NOTICED:
         return ""

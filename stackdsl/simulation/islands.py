@@ -277,14 +277,11 @@ class FirstContacts:
         nearest = min(touch.off_centre for touch in hit.values())
         before_centre = [name for name in in_order(hit) if hit[name].off_centre <= nearest + AT_ONCE]
         others = and_text(in_order(hit.keys() - before_centre))
-        speed, whole = max(touch.speed for touch in hit.values()), hypot(*before_W)
-        text = f"{brick} hits {and_text(before_centre)}{', with ' * bool(others)}{others} at "
+        speed = max(touch.speed for touch in hit.values())
+        whole = max(hypot(*before_W), speed)  # what it hits may come towards it
+        text = f"{brick} hits {and_text(before_centre)}{', with ' * bool(others)}{others} at {whole:.3g} m/s"
         # A body that comes aslant hits with a part of its speed.
-        return (
-            f"{text}{whole:.3g} m/s, {speed:.3g} m/s of it into the face"
-            if whole > ASLANT * speed
-            else f"{text}{speed:.3g} m/s"
-        )
+        return f"{text}, {speed:.3g} m/s of it into the face" if whole > ASLANT * speed else text
 
     def _reached(self, brick: BodyId, flight: _Flight, other: BodyId, step: float) -> _Touch | None:
         """Return when and how a flying brick reaches a body within a step [s]; None if it does not.

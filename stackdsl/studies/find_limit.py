@@ -16,7 +16,7 @@ from stability.problem import Motion, Problem, Stability
 from stability.statics.assembly import Assembly
 from stability.statics.fall_description import described
 from stackdsl.checking.cases import Case
-from stackdsl.diagnostics import did_you_mean
+from stackdsl.diagnostics import did_you_mean, meant_choice
 from stackdsl.judging.numbers import ScenarioNumber, ScenarioNumbers
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.judging.remedies import with_friction, with_mass
@@ -36,7 +36,7 @@ from stackdsl.studies.limit_search import (
     search,
     short_reason,
 )
-from stackdsl.timeline import Timeline
+from stackdsl.timeline import Timeline, leaves_to_engine
 
 # Numbers that can have a limit.
 #
@@ -47,6 +47,7 @@ from stackdsl.timeline import Timeline
 FRICTION: Final = "friction"
 SHAKEN: Final = ("acceleration", "tilt")  # of the whole finished structure
 BUILT_IN: Final = (FRICTION, *SHAKEN, "mass of BRICK")
+PLAYED: Final = "; statics ends before a throw, push or drop; vary its numbers with `matrix`"
 USUAL: Final[Mapping[str, float]] = {"m": 0.01, "rad": 0.02, "kg": 0.01}  # size of the first steps from zero, in SI
 GRAM: Final = 1e-3  # [kg]
 
@@ -120,7 +121,9 @@ def search_variable_of(case: Case, name: str, wants_more: bool) -> SearchVariabl
         return _friction(case.timeline, wants_more)
     if match := _MASS.fullmatch(name):
         return _mass(case.timeline, match["brick"], wants_more)
-    raise SearchError(f"unknown number '{name}'; {_instead(name, [*names_in(case), *BUILT_IN])}")
+    names = [*names_in(case), *BUILT_IN]
+    played = any(map(leaves_to_engine, case.timeline.as_set_down().actions)) and not meant_choice(name, names)
+    raise SearchError(f"unknown number '{name}'; {_instead(name, names)}{PLAYED * played}")
 
 
 def is_shaken(case: Case, name: str) -> bool:
@@ -154,7 +157,8 @@ def _variable(scenario_numbers: ScenarioNumbers, name: str) -> SearchVariable:
     if number is None:
         value = scenario_numbers.variables()[name]
         if _is_of_time(value):
-            raise SearchError(f"'{name}' is {value}; statics does not depend on times or speeds, so it has no limit")
+            why = "statics does not depend on times or speeds, so it has no limit; vary it with `matrix`"
+            raise SearchError(f"'{name}' is {value}; {why}")
         raise SearchError(f"'{name}' is the word '{value}'; only a number has a limit")
     return _of_number(scenario_numbers, number)
 

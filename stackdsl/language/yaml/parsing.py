@@ -104,6 +104,8 @@ def _blamed(page: Page, error: yaml.MarkedYAMLError, description: str) -> tuple[
 
 
 UNQUOTED: Final = re.compile(r"""(?<![\w"'$])\$\{[^}"']*\}""")  # an expression outside of quotes
+VALUE_BEGINS: Final = re.compile(r"[\[{,]\s*|:\s+")
+VALUE_GOES_ON: Final = re.compile(r"""(?:\$\{[^}"']*\}|(?!\s#|:\s)[^]},"'])*""")
 NO_SPACE: Final = re.compile(r"\s*(?:- )?([\w-]+):([^\s:/].*)")
 EQUALS: Final = re.compile(r"\s*(?:- )?([\w-]+\s*)=\s*([^\s=].*)")
 NO_COLON: Final = re.compile(r"([\w-]+)\s*([{\[].*)")
@@ -112,6 +114,13 @@ WIDE_SPACE: Final = re.compile("[\u00a0\u1680\u2000-\u200a\u202f\u205f\u3000]") 
 SEPARATES: Final = re.compile(f"^{WIDE_SPACE.pattern}|[:-]{WIDE_SPACE.pattern}")  # where YAML expects a space
 SPACE_REMEDY: Final = "replace it by an ordinary space"
 TYPOGRAPHIC: Final = re.compile("[\u201c\u201d\u201e\u2018\u2019]")
+
+
+def _value_around(text: str, expression: re.Match[str]) -> str:
+    """Return the whole value in braces or brackets that contains an unquoted expression, such as `<= ${most}`."""
+    begin = max((each.end() for each in VALUE_BEGINS.finditer(text, 0, expression.start())), default=0)
+    rest = VALUE_GOES_ON.match(text, expression.end())
+    return text[begin : rest.end() if rest else expression.end()].rstrip()
 
 
 def _typical_slip(
@@ -130,7 +139,7 @@ def _typical_slip(
         return (line, key.end(1)), "'=' in place of ':'", f"write `{key[1].strip()}: {key[2].strip()}`"
     if in_brackets and (expression := UNQUOTED.search(text)):
         message = f"{expression[0]} needs quotes in braces or brackets"
-        return (line, expression.start()), message, f'write "{expression[0]}"'
+        return (line, expression.start()), message, f'write "{_value_around(text, expression)}"'
     has_colon = in_brackets and problem[0] == line and page.at(*problem) == ":"
     if has_colon and (key := KEY_BEFORE.match(text[: problem[1]])):
         return (line, key.start(1)), f"a ',' is missing before `{key[1]}`", "add it"

@@ -32,7 +32,7 @@ def test_a_column_that_leans_too_far_tips_over_its_lowest_plank(system: str) -> 
     assert found.bearing == pytest.approx(0.0)
     assert found.overhang == pytest.approx(0.060 - 0.0588)  # five steps, and half a plank
     assert found.before == "build step 1, column at scene.yaml:3:5: L10.1 set down at 9 s, level 10"
-    assert found.first.startswith("L10.1 had moved ")
+    assert found.first.startswith("L10.1 fell first: it had moved ")
     assert re.search(r"had moved (3\.9|[4-9])\S* mm at 9\.1", found.first)
 
 

@@ -104,7 +104,10 @@ def test_the_search_keeps_to_where_somebody_says() -> None:
     [
         ("stepp", "unknown number 'stepp'; did you mean 'step'?"),
         ("kind", "'kind' is the word 'kapla'; only a number has a limit"),
-        ("wait", "'wait' is 1 s; statics does not depend on times or speeds"),
+        (
+            "wait",
+            "'wait' is 1 s; statics does not depend on times or speeds, so it has no limit; vary it with `matrix`",
+        ),
         ("mass of L99.1", "unknown brick 'L99.1'"),
     ],
 )
@@ -112,6 +115,15 @@ def test_find_refuses_a_name_of_no_number_with_the_reason(name: str, why: str) -
     with pytest.raises(SearchError) as refused:
         find(cases(COLUMN)[0], largest=name)
     assert why in str(refused.value)
+
+
+def test_a_number_of_a_throw_is_varied_by_playing() -> None:
+    throw = "impacts: [{throw: {at: L12.1, from: {bearing: 90 deg}, speed: 4 m/s}}]\n"
+    told = "statics ends before a throw, push or drop; vary its numbers with `matrix`"
+    with pytest.raises(SearchError, match=f"unknown number 'speed'; .*; {told}"):
+        find(cases(COLUMN + throw)[0], largest="speed")
+    with pytest.raises(SearchError, match=r"did you mean 'step'\?$"):
+        find(cases(COLUMN + throw)[0], largest="stepp")
 
 
 def test_what_cannot_be_asked_so_is_told_with_why() -> None:

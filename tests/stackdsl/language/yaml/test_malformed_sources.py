@@ -75,6 +75,19 @@ def test_malformed_yaml_reports_place_and_cause(text: str, place: str, message: 
     assert diagnostic.hint
 
 
+@pytest.mark.parametrize(
+    ("value", "written"),
+    [
+        ("{b: <= ${x}}", "<= ${x}"),
+        ("{b: 1, c: ${x} .. ${y + 1} mm, d: 2}  # e", "${x} .. ${y + 1} mm"),
+        ("[1, ${max(x, y)}]", "${max(x, y)}"),
+    ],
+)
+def test_a_value_with_an_unquoted_expression_is_quoted_whole(value: str, written: str) -> None:
+    (diagnostic,) = parse(f"a: {value}\n", "a.yaml").diagnostics
+    assert diagnostic.hint == f'write "{written}"'
+
+
 @pytest.mark.parametrize("escape", ["\\ud800", "\\U00110000", "\\UFFFFFFFF"])
 def test_an_escape_beyond_unicode_is_refused(escape: str) -> None:
     (diagnostic,) = parse(f'a: "{escape}"\n', "a.yaml").diagnostics
