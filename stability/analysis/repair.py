@@ -8,7 +8,7 @@ from typing import TypeAlias
 from stability.analysis.building_order import least_props
 from stability.analysis.subset_search import OnProgress, Part, Subsets, ignore_progress, props_of
 from stability.contact_law import GivenFriction
-from stability.geometry.box_distance import reach_between
+from stability.geometry.box_distance import gap_bridged, reach_between
 from stability.geometry.placed_shape import apart, apart_from_plane
 from stability.geometry.vectors import add, add_scaled, cross, unit
 from stability.model import GROUND, BodyId, Plane, Vec3
@@ -155,16 +155,17 @@ class Piling:
             for placed in stage
         }
 
-    @staticmethod
-    def _crowds(one: Placed, other: Placed, touching: frozenset[tuple[BodyId, BodyId]]) -> bool:
+    def _crowds(self, one: Placed, other: Placed, touching: frozenset[tuple[BodyId, BodyId]]) -> bool:
         reach = one.brick.shape.bounding_radius + other.brick.shape.bounding_radius
         near = zip(one.pose.position_W, other.pose.position_W, strict=True)
         if any(abs(a - b) > reach for a, b in near):
             return False
         deep = reach_between(one.brick.shape.least_thickness, other.brick.shape.least_thickness)
-        gap = apart(one.brick.shape, one.pose, other.brick.shape, other.pose).gap
+        between = apart(one.brick.shape, one.pose, other.brick.shape, other.pose)
+        bridged = gap_bridged(deep, between.normal_BA_W[2], self.tolerances.within)  # less beside a brick than below it
         pairs = {(one.brick.id, other.brick.id), (other.brick.id, one.brick.id)}
-        return gap < -deep or (EXACT * deep < abs(gap) <= deep and not pairs & touching)
+        grazes = abs(between.gap) > EXACT * deep and between.gap <= bridged
+        return between.gap < -deep or (grazes and not pairs & touching)
 
 
 def bearing_shift(length: float, bearing: float) -> Shift:

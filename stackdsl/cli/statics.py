@@ -227,6 +227,10 @@ def _sensitivities(name: str, case: Case, of: MarginKind, checked: int) -> Itera
 # `stackdsl suggest`: changes with which a falling scenario stands, each verified by a verdict.
 
 
+SHIFTS = frozenset({"shift", "shifts"})
+FURTHER = "each shift is the least: shift further, and measure the margin with `stackdsl survive` on the changed file"
+
+
 @statics_command("suggest")
 def suggest_command(request: Request) -> ExitCode:
     """Find changes that let a falling FILE stand: shifts, counterweights, friction, props. Each is verified."""
@@ -252,12 +256,16 @@ def _suggestions(name: str, case: Case) -> Parts:
             tell(f"{name}: judged up to the first action that needs an engine, such as a hit or shaking")
         return
     yield Part(name, [f"{name} falls: {verdict.reason}", "  it stands with any one of these (each tried):"])
-    nothing = True
+    kinds = set()
     with counted(None, f"{name}: verdicts") as bar:
         for suggestion in suggestions(FallingBuild(case.timeline, proofs), piling_of(case.timeline), _ticking(bar)):
-            row, nothing = suggestion_row(suggestion), False
-            yield Part(name, [f"    {row['text']}"], [row])
-    if nothing:
+            row = suggestion_row(suggestion)
+            kinds.add(row["kind"])
+            least = "; it then just stands" * (row["kind"] in SHIFTS)
+            yield Part(name, [f"    {row['text']}{least}"], [row])
+    if kinds & SHIFTS:
+        yield Part(name, [f"  {FURTHER}"])
+    if not kinds:
         tell(f"{name}: no change was found with which it stands")
 
 

@@ -85,6 +85,17 @@ def test_a_brick_is_not_shifted_into_another() -> None:
     assert found is None or abs(found.shift[1]) > 0.01  # past it, if at all
 
 
+def test_a_brick_is_shifted_along_a_neighbour_that_it_does_not_touch() -> None:
+    # A gap of 2 mm beside a brick of 300 mm is no contact, though below the brick it would be one.
+    box = Box((0.3, 0.3, 0.3))
+    at = {"low": (0.0, 0.0, 0.15), "beside": (0.3, 0.302, 0.15), "high": (0.17, 0.0, 0.45), "near": (0.3, 0.302, 0.45)}
+    pile = [Placed(Brick(name, box, 1.0), Pose(place)) for name, place in at.items()]
+    found = Shifting(Piling((FLOOR,), WOOD, GRAVITY, [pile[:2], [pile[3]], [pile[2]]])).least("high", {})
+    assert found is not None
+    assert found.shift == pytest.approx((-0.02, 0.0), rel=1e-3)
+    assert found.too_little == pytest.approx(0.02, rel=1e-5)
+
+
 def test_a_shift_mends_a_fall_after_a_pull() -> None:
     # Two planks across, 60 mm apart, and one on both: without the second its middle is 30 - 11.7 mm beyond the first.
     across = [Placed(plank(name), lying(1, x, 0.0, ACROSS)) for name, x in (("left", 0.0), ("right", 0.06))]

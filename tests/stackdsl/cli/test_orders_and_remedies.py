@@ -100,8 +100,9 @@ def test_a_leaning_column_is_mended_by_the_least_shift(stackdsl: Stackdsl, tmp_p
     write(tmp_path, LEANING, "leaning.yaml")
     told = stackdsl("suggest", "leaning.yaml")
     assert told.code == ExitCode.OK
-    assert "move L2.1 by 8.701 mm towards -x, with all bricks on it" in told.out
+    assert "move L2.1 by 8.701 mm towards -x, with all bricks on it; it then just stands\n" in told.out
     assert "move L3.1 by 17.41 mm towards -x" in told.out
+    assert "shift further, and measure the margin with `stackdsl survive` on the changed file\n" in told.out
     rows = json.loads(stackdsl("suggest", "leaning.yaml", "--format", "json").out)["cases"][0]["rows"]
     assert [row["kind"] for row in rows] == ["counterweight", "props", "shift", "shift"]
     assert all(row["fails_with"] <= row["amount"] for row in rows[2:])
