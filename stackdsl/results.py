@@ -153,6 +153,7 @@ class ClaimOutcome(Displayed):
     passed: bool
     span: Span
     numbers: tuple[Measure, ...] = ()  # measured numbers, with their limits
+    moved: str = ""  # largest shift or tilt beside its limit, if `margin` is the rest of it and not a safety margin
     why: str = field(default="", compare=False)  # cause of a failure; a report of a run has it once for all claims
     unclear: int = field(default=0, compare=False)  # bricks whose fate decides the claim, and may change by chance
 

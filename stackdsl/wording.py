@@ -45,6 +45,11 @@ def and_text(names: Sequence[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
+def significant(value: float) -> str:
+    """Format a number with three significant digits, without an exponent if possible."""
+    return f"{float(f'{value:.3g}') + 0.0:g}"  # a zero has no sign
+
+
 def rounded_down(number: float, digits: int = 3) -> str:
     """Round an upper limit down to a few digits, so that the shown value is still allowed."""
     return _rounded(number, digits, ROUND_FLOOR)

@@ -8,8 +8,8 @@ from benchmarks.systems.points import COMPARED_WITH, MEASURES, Point, fronts_of
 from benchmarks.systems.run_record import step_text
 from benchmarks.systems.scoring import Score, numerical_reason
 from stackdsl.report.blocks import Block, Row, blocks_text, line, table, titled
-from stackdsl.report.text import significant
 from stackdsl.trace import NUMERICAL_COLLAPSE
+from stackdsl.wording import significant
 
 NOTHING = "-"
 LEFT = ("case", "system", "step", "verdict", "known", "front")

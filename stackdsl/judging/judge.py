@@ -193,7 +193,15 @@ def _outcome(path: KeyPath, claim: Claim, result: ClaimResult, variant: Variant,
     expected = as_written(repeated(_at(source.values, place), _at(variant.values, place)))
     span = source.key_span_of(place)
     return ClaimOutcome(
-        kind, expected, result.measured, result.margin, result.unit, result.passed, span, result.numbers
+        kind,
+        expected,
+        result.measured,
+        result.margin,
+        result.unit,
+        result.passed,
+        span,
+        result.numbers,
+        moved=result.moved,
     )
 
 

@@ -28,7 +28,6 @@ from stackdsl.report.text import (
     closing_line,
     ending_text,
     outcome_text,
-    significant,
     unchecked_text,
     why_lines,
 )
@@ -51,7 +50,7 @@ from stackdsl.results import (
     exit_code,
 )
 from stackdsl.shown_text import visible
-from stackdsl.wording import energy_fault, how_many, touching_text
+from stackdsl.wording import energy_fault, how_many, significant, touching_text
 
 # The report as text: mistakes, a table with one row per variant, failures, and one line of totals.
 

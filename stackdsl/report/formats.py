@@ -15,7 +15,7 @@ from stability.engines.protocol import WrongFriction
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.language.quantities import number_or_word, quantity_of
 from stackdsl.report.outline import remedy_text, stop_text
-from stackdsl.report.text import TO_CLAIM, closing_line, outcome_text, significant, unchecked_text
+from stackdsl.report.text import TO_CLAIM, closing_line, outcome_text, unchecked_text
 from stackdsl.results import (
     UNCHECKED,
     Change,
@@ -31,6 +31,7 @@ from stackdsl.results import (
 )
 from stackdsl.shown_text import visible
 from stackdsl.trace import Collapse, Cost, Ensemble, PassedThrough, WrongEdges
+from stackdsl.wording import significant
 
 # All failures and warnings as single findings, worst first, for outputs that limit their number.
 

@@ -6,10 +6,9 @@ from operator import itemgetter
 
 from stability.name_order import MOST_NAMES, names_text, natural_key
 from stackdsl.report.blocks import GAP, hanging
-from stackdsl.report.text import significant
 from stackdsl.results import GoldenDifference, GoldenResult, GoldenStatus
 from stackdsl.trace import BrickState
-from stackdsl.wording import and_text, how_many
+from stackdsl.wording import and_text, how_many, significant
 
 MOST_ALIKE = 3  # different changes of one observation that are listed one by one
 MOST_LINES = 100  # of one golden file; a fallen tower has ten thousand differences

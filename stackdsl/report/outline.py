@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import isfinite
 
-from stackdsl.report.text import margin_text, outcome_text, significant, unchecked_text
+from stackdsl.report.text import margin_text, outcome_text, unchecked_text
 from stackdsl.report.warnings import wrong_edges_text, wrong_friction_text
 from stackdsl.results import UNCHECKED, ClaimOutcome, Report, RunStatus, VariantResult
 from stackdsl.simulation.known_systems import KNOWN
 from stackdsl.simulation.systems import SYSTEMS
-from stackdsl.wording import energy_fault, how_many, level_text
+from stackdsl.wording import energy_fault, how_many, level_text, significant
 
 
 class Status(StrEnum):
@@ -246,8 +246,8 @@ def nearest(results: Iterable[VariantResult]) -> list[Nearest]:
 
 
 def _nearest(result: VariantResult) -> list[Nearest]:
-    measured = [Nearest(result, outcome, _share(outcome)) for outcome in result.outcomes if outcome.margin > 0.0]
-    finite = [near for near in measured if isfinite(near.outcome.margin)]
+    margins = [outcome for outcome in result.outcomes if isfinite(outcome.margin) and not outcome.moved]
+    finite = [Nearest(result, outcome, _share(outcome)) for outcome in margins if outcome.margin > 0.0]
     return [min(finite, key=lambda near: (near.share is None, near.share or 0.0))] if finite else []
 
 

@@ -1,7 +1,7 @@
 """The report of a check or a run as text."""
 
 from collections.abc import Iterator
-from math import degrees, isfinite
+from math import isfinite
 
 from stability.model import BodyId
 from stability.name_order import in_order, names_text
@@ -22,8 +22,8 @@ from stackdsl.results import (
     Seen,
     VariantResult,
 )
-from stackdsl.trace import COLLAPSE_TILT, UNRELIABLE, BrickState, Event, EventKind, Trace
-from stackdsl.wording import energy_fault, how_many, level_text, shortened, touching_text
+from stackdsl.trace import UNRELIABLE, BrickState, Event, EventKind, Trace
+from stackdsl.wording import energy_fault, how_many, level_text, shortened, significant, touching_text
 
 # One expectation as one line: the expected and the measured value, and the margin to the threshold.
 #
@@ -41,23 +41,21 @@ def outcome_text(outcome: ClaimOutcome) -> str:
 
 def margin_text(outcome: ClaimOutcome) -> str:
     """Return the margin of an outcome in parentheses; empty if there is none to tell."""
+    if outcome.moved:
+        return f" ({outcome.moved})" if outcome.passed else ""
     margin = margin_words(outcome)
-    of_tilt = outcome.name == "stands" and outcome.unit == "deg"
-    return f" ({'margin ' if outcome.margin >= 0.0 and not of_tilt else ''}{margin})" if margin else ""
+    return f" ({'margin ' if outcome.margin >= 0.0 else ''}{margin})" if margin else ""
 
 
 def margin_words(outcome: ClaimOutcome) -> str:
     """Return the margin of an outcome; empty if it has none, or if the measured text says all.
 
-    A number of bricks is in the measured text. Where a brick fell although it should stand, or none fell although one
-    should, the distance to the limit of a fall is of no use.
+    A number of bricks is in the measured text. The shift or tilt that is left until a brick counts as fallen is no
+    safety margin. Where no brick fell although one should, it is of no use.
     """
-    of_fall = not outcome.passed and outcome.name in ("stands", "collapses") and outcome.unit in ("mm", "deg")
-    if not isfinite(outcome.margin) or outcome.unit == "bricks" or of_fall:
+    of_fall = not outcome.passed and outcome.name == "collapses" and outcome.unit in ("mm", "deg")
+    if not isfinite(outcome.margin) or outcome.unit == "bricks" or of_fall or outcome.moved:
         return ""
-    if outcome.name == "stands" and outcome.unit == "deg":
-        limit = degrees(COLLAPSE_TILT)
-        return f"largest tilt {significant(limit - outcome.margin)} deg of {significant(limit)} deg allowed"
     number = significant(abs(outcome.margin))
     size = f"{number} {'level' if (number, outcome.unit) == ('1', 'levels') else outcome.unit}".rstrip()
     return size if outcome.margin >= 0.0 else f"misses by {size}"
@@ -74,11 +72,6 @@ def unchecked_text(result: VariantResult) -> str:
         return f"{fell.text}; no expectations"
     where = level_text(fell.level, fell.step)
     return f"it fell at {where} ({fell.brick} at {fell.time:.3f} s), without expectations"
-
-
-def significant(value: float) -> str:
-    """Format a number with three significant digits, without an exponent if possible."""
-    return f"{float(f'{value:.3g}') + 0.0:g}"  # a zero has no sign
 
 
 # One observation of two runs as one line.

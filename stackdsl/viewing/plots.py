@@ -8,9 +8,8 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Final
 
 from stackdsl.report.studies import half_text, settings_text
-from stackdsl.report.text import significant
 from stackdsl.viewing.svg import BLUE, FAINT, GREEN, GRID, GROUND, INK, RED, Point, encoded, svg_of, text_at, width_of
-from stackdsl.wording import bearing_text, how_many
+from stackdsl.wording import bearing_text, how_many, significant
 
 if TYPE_CHECKING:
     from stackdsl.judging.proofs import Survival

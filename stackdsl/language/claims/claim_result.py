@@ -4,7 +4,7 @@ A margin is positive inside and negative outside the tolerance, in the unit of t
 of several parts is that of the part closest to failing.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from math import degrees, inf, isfinite
 
@@ -19,7 +19,7 @@ from stackdsl.trace import (
     Measure,
     Trace,
 )
-from stackdsl.wording import MILLIMETRES
+from stackdsl.wording import MILLIMETRES, significant
 
 PERCENT = 100.0
 SHOWN_PER_SI = {"mm": MILLIMETRES, "deg": degrees(1.0), "%": PERCENT}  # by the unit of a margin
@@ -34,6 +34,7 @@ class ClaimResult:
     unit: str
     passed: bool
     numbers: tuple[Measure, ...] = ()  # measured numbers, with their limits
+    moved: str = ""  # largest shift or tilt beside its limit, if `margin` is the rest of it and not a safety margin
 
 
 def remaining(trace: Trace) -> Collection[tuple[BodyId, BrickTrack]]:
@@ -93,11 +94,27 @@ def margin_to_collapse(track: BrickTrack) -> tuple[float, str]:
 
     It is the margin of the shift, of the sinking after a hit, or of the tilt if that is closer to its limit.
     """
+    _, value, limit, unit = _towards_collapse(track)
+    return limit - value, unit
+
+
+def moved_text(tracks: Iterable[BrickTrack]) -> str:
+    """Return the shift or tilt nearest to its limit: `largest shift 2 mm of 39 mm allowed`; empty without bricks."""
+    nearest = max(map(_towards_collapse, tracks), key=lambda each: (each[0], -each[2]), default=None)
+    if nearest is None:
+        return ""
+    _, value, limit, unit = nearest
+    what = "tilt" if unit == "deg" else "shift"
+    return f"largest {what} {significant(value)} {unit} of {significant(limit)} {unit} allowed"
+
+
+def _towards_collapse(track: BrickTrack) -> tuple[float, float, float, str]:
+    """Return the largest share of a limit, the shift, sinking or tilt that has it, the limit, and the unit."""
     limit = COLLAPSE_SHARE_OF_SMALLEST_SIDE * track.brick.shape.least_thickness
     lost = track.shift if track.sunk is None else track.sunk
     if track.tilt / COLLAPSE_TILT > lost / limit:
-        return degrees(COLLAPSE_TILT - track.tilt), "deg"
-    return MILLIMETRES * (limit - lost), "mm"
+        return track.tilt / COLLAPSE_TILT, degrees(track.tilt), degrees(COLLAPSE_TILT), "deg"
+    return lost / limit, MILLIMETRES * lost, MILLIMETRES * limit, "mm"
 
 
 def lost_text(tracks: Sequence[BrickTrack]) -> str:

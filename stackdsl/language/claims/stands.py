@@ -17,6 +17,7 @@ from stackdsl.language.claims.claim_result import (
     is_over,
     lost_text,
     margin_to_collapse,
+    moved_text,
     remaining,
 )
 from stackdsl.language.model_base import Shorthand
@@ -134,7 +135,7 @@ def _stand(tracks: Sequence[BrickTrack], assembly: Iterable[BodyId]) -> ClaimRes
     measured = f"{len(fallen)} of {len(tracks)} bricks fell{which}" if fallen else f"{len(tracks)} bricks stand"
     measured += f", {shifted} of them displaced" if shifted and not fallen else ""
     margin, unit = min((margin_to_collapse(track) for track in tracks), default=(inf, ""))
-    return ClaimResult(measured, margin, unit, passed=not fallen)
+    return ClaimResult(measured, margin, unit, passed=not fallen, moved=moved_text(tracks))
 
 
 def _with_margin_of_proof(result: ClaimResult, trace: Trace) -> ClaimResult:
@@ -142,8 +143,9 @@ def _with_margin_of_proof(result: ClaimResult, trace: Trace) -> ClaimResult:
     margins = trace.margins
     if margins.placement is not None and 0.0 < margins.placement < inf:
         measured = f"{result.measured}, also with placement errors of {mm(margins.placement)}"
-        return replace(result, measured=measured, margin=MILLIMETRES * margins.placement, unit="mm")
+        return replace(result, measured=measured, margin=MILLIMETRES * margins.placement, unit="mm", moved="")
     if margins.friction is not None and margins.roughest is not None:
         measured = f"{result.measured}, also with friction reduced to {margins.friction:.4g}"
-        return replace(result, measured=measured, margin=margins.roughest - margins.friction, unit="of friction")
+        lost = margins.roughest - margins.friction
+        return replace(result, measured=measured, margin=lost, unit="of friction", moved="")
     return result

@@ -9,10 +9,10 @@ from html import escape
 from math import isfinite
 
 from stackdsl.language.quantities import SIGNED, UNIT, in_si, unit_amount
-from stackdsl.report.text import margin_text, significant
+from stackdsl.report.text import margin_text
 from stackdsl.results import VariantResult
 from stackdsl.viewing.plots import Axis
-from stackdsl.wording import how_many
+from stackdsl.wording import how_many, significant
 
 # A measured quantity over the variables of a scenario.
 #
@@ -72,12 +72,14 @@ class _Measured:
     name: str
     unit: str
     claim: int | None  # number of the claim; None for the level of collapse
+    left: bool = False  # whether it is what is left of the shift or tilt of a fall, and not a safety margin
 
     def of(self, run: VariantResult) -> float | None:
         if self.claim is None:
             return float(run.collapse.level) if run.collapse is not None else None
         outcome = run.outcomes[self.claim]
-        return outcome.margin if outcome.unit == self.unit and isfinite(outcome.margin) else None
+        alike = outcome.unit == self.unit and bool(outcome.moved) is self.left
+        return outcome.margin if alike and isfinite(outcome.margin) else None
 
     def passed(self, run: VariantResult) -> bool:
         return run.met == len(run.outcomes) if self.claim is None else run.outcomes[self.claim].passed
@@ -136,12 +138,13 @@ def _measured(runs: Sequence[VariantResult]) -> _Measured | None:
     candidates = []
     for claim in range(min(len(run.outcomes) for run in runs)):
         outcomes = [run.outcomes[claim] for run in runs if isfinite(run.outcomes[claim].margin)]
-        for unit, count in Counter(outcome.unit for outcome in outcomes).most_common(1):
-            candidates.append((-count, claim, unit))
+        for (unit, left), count in Counter((each.unit, bool(each.moved)) for each in outcomes).most_common(1):
+            candidates.append((-count, claim, unit, left))
     if not candidates:
         return None
-    _, claim, unit = min(candidates)
-    return _Measured(f"margin of {runs[0].outcomes[claim].name}", unit, claim)
+    _, claim, unit, left = min(candidates)
+    quantity = f"{'tilt' if unit == 'deg' else 'shift'} left until a fall" if left else "margin"
+    return _Measured(f"{quantity} of {runs[0].outcomes[claim].name}", unit, claim, left)
 
 
 def _series(

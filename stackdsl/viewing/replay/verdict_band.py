@@ -79,7 +79,7 @@ def _claim(outcome: ClaimOutcome) -> Json:
     return {
         "name": outcome.name,
         "expected": outcome.expected,
-        "measured": outcome.measured,
+        "measured": f"{outcome.measured}{f' ({outcome.moved})' * bool(outcome.moved and outcome.passed)}",
         "margin": margin_words(outcome),
         "passed": outcome.passed,
         "place": str(outcome.span),

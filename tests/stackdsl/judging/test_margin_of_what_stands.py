@@ -6,6 +6,7 @@ import pytest
 
 from stackdsl.checking.play_case import MAX_BRICKS_FOR_REPORTED_MARGINS, play_case
 from stackdsl.judging.judge import judge
+from stackdsl.report.text import outcome_text
 from stackdsl.results import ClaimOutcome
 from tests.scenes import compiled, scene
 
@@ -30,6 +31,7 @@ def test_a_column_tells_how_far_its_planks_may_be_beside_their_places(step: floa
     assert outcome.unit == "mm"
     assert outcome.margin == pytest.approx(min(LENGTH - 9.0 * step, WIDTH) / 4.0, rel=1e-6)
     assert "9 bricks stand, also with placement errors of " in outcome.measured
+    assert "(margin " in outcome_text(outcome)
 
 
 def test_a_stands_claim_shows_its_friction_margin() -> None:
@@ -43,6 +45,7 @@ def test_a_stands_claim_shows_its_friction_margin() -> None:
 def test_many_bricks_tell_how_far_they_may_shift_instead() -> None:
     outcome = stands(f"- column: {{levels: {MAX_BRICKS_FOR_REPORTED_MARGINS + 1}}}")
     assert (outcome.margin, outcome.unit) == (3.9, "mm")
+    assert outcome_text(outcome).endswith(" bricks stand (largest shift 0 mm of 3.9 mm allowed)")
     assert outcome.measured == f"{MAX_BRICKS_FOR_REPORTED_MARGINS + 1} bricks stand"
 
 

@@ -13,6 +13,7 @@ from stackdsl.exits import ExitCode
 from stackdsl.report.blocks import TextStyle
 from stackdsl.report.check_text import report_text
 from stackdsl.report.formats import report_csv, report_github, report_json, report_junit, report_markdown
+from stackdsl.report.outline import nearest
 from stackdsl.report.text import outcome_text
 from stackdsl.report.warnings import wrong_edges_text
 from stackdsl.results import (
@@ -295,11 +296,15 @@ def test_golden_differences_begin_with_the_bricks_that_fell_and_end_with_those_t
     assert not {"frozen", "standing"} & set(" ".join(lines).split())
 
 
-def test_a_brick_that_fell_has_no_distance_to_the_limit_of_a_fall() -> None:
-    fallen = replace(MISSED, name="stands", measured="1 of 85 bricks fell: L10.3", margin=-543.0, unit="mm")
+def test_the_limit_of_a_fall_is_told_of_bricks_that_stand_and_is_no_margin() -> None:
+    moved = "largest shift 0 mm of 39 mm allowed"
+    fallen = replace(
+        MISSED, name="stands", measured="1 of 85 bricks fell: L10.3", margin=-543.0, unit="mm", moved=moved
+    )
     assert outcome_text(fallen).endswith("fell: L10.3")
-    tilted = replace(HELD, name="stands", measured="52 bricks stand", margin=14.0, unit="deg")
-    assert outcome_text(tilted).endswith("52 bricks stand (largest tilt 1 deg of 15 deg allowed)")
+    stand = replace(HELD, name="stands", measured="52 bricks stand", margin=39.0, unit="mm", moved=moved)
+    assert outcome_text(stand).endswith("52 bricks stand (largest shift 0 mm of 39 mm allowed)")
+    assert [*nearest([replace(PASSED, outcomes=(stand,))])] == []
     drift = replace(MISSED, name="drift", measured="4538 mm (L6.4)", margin=-4533.0, unit="mm")
     assert outcome_text(drift).endswith("4538 mm (L6.4) (misses by 4530 mm)")
 

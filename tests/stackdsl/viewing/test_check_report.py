@@ -54,7 +54,7 @@ def test_failures_come_first_in_the_report_page() -> None:
     assert "1 of 2 cases failed" in page
     assert page.index('data-name="bad"') < page.index('data-name="good"')
     assert re.findall(r'<details class="row" data-status="(\w+)"', page) == ["failed", "passed"]
-    assert "<dt>Expected</dt><dd>stands: for 2 s</dd><dt>Measured</dt><dd>it did</dd>" in page
+    assert "<dt>Expected</dt><dd>stands: for 2 s</dd><dt>Measured</dt><dd>it did (misses by 1 mm)</dd>" in page
 
 
 def test_a_failure_shows_its_cause_and_the_line_of_its_claim() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from stackdsl.simulation.recording import COLUMNS
 from stackdsl.viewing.replay.page import harmless, replay_page
+from stackdsl.viewing.replay.verdict_band import verdict_json
 from stackdsl.viewing.run_view import RunView
 from tests.paths import ROOT
 from tests.stackdsl.viewing.views import SLANT_TOWER, views_of
@@ -79,3 +80,15 @@ def test_data_of_a_replay_page_cannot_end_its_script() -> None:
     text = "</script><!--<script>&"
     assert not set("<>&") & set(harmless(json.dumps(text)))
     assert json.loads(harmless(json.dumps(text))) == text
+
+
+def test_the_band_shows_no_margin_where_only_the_shift_of_a_fall_is_known() -> None:
+    told = "{build: [{column: {levels: %d}}], scenario: high, systems: [exact], expect: [stands: all]}"
+    margins = []
+    for levels in (20, 21):
+        (view,) = views_of(told % levels)
+        (claim,) = verdict_json(view, hurried=True)["claims"]
+        margins.append(claim["margin"])
+    assert margins[0].endswith(" mm")
+    assert margins[1] == ""
+    assert claim["measured"] == "21 bricks stand (largest shift 0 mm of 3.9 mm allowed)"
