@@ -26,8 +26,8 @@ from stability.dynamics.contact_points import BrickIndex
 from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose
 from stability.problem import Placed
+from stackdsl.simulation.known_systems import KNOWN
 from stackdsl.simulation.runner import play
-from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.timeline import Action, FixedWorld, Placement, PushAction, Timeline
 from stackdsl.trace import NOTABLE_GAIN
 
@@ -106,7 +106,7 @@ def _spread(random: Random, least: float, most: float) -> float:
 def played(number: int, system: str) -> Played:
     """Play a heap and return its energy gain."""
     started = process_time()
-    trace = play(heap(number), SYSTEMS[system])
+    trace = play(heap(number), KNOWN[system])
     gain = trace.energy.gain if trace.energy is not None else 0.0
     wrong = trace.wrong_edges.contacts if trace.wrong_edges is not None else 0
     return Played(number, system, gain, wrong, process_time() - started)

@@ -33,7 +33,7 @@ BARE: Final = replace(  # PyBullet without the corrections of `exact`
     lively_parts=1,
     lively_iterations=50,
 )
-FINE: Final = replace(RIGID, parts=32, sweeps=8, first_sweeps=100)
+FINE: Final = replace(RIGID, parts=32, sweeps=8, most_sweeps=100)
 SLIPS, TURNED = 1e-3, 30.0  # [m] by which planks that slip have sunk; [deg] of rotation to measure
 Poses: TypeAlias = Sequence[Pose]
 

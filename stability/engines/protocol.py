@@ -37,6 +37,7 @@ class EngineSettings(ABC):
     """
 
     package: ClassVar[Package]  # of the engine
+    name: ClassVar[str] = ""  # of the engine in results; empty: that of the package
     world: ClassVar[str]  # `module:class` of its worlds; the class is an `OpensWorlds`
 
     time_step: float  # [s]
@@ -309,9 +310,11 @@ class StepClock:
     settings: EngineSettings
     time: float = 0.0  # [s]
     parts: int = 1
+    fastest: float = 0.0  # maximum speed of the bodies [m/s]
 
     def set_max_speed(self, fastest: float) -> None:
         """Set the maximum speed of the bodies in the next steps [m/s], so that none passes through another."""
+        self.fastest = fastest
         self.parts = self.settings.parts_for_travel(fastest)
 
     def pass_step(self) -> int:

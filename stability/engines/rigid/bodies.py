@@ -1,22 +1,38 @@
 """Rows of the arrays of bodies and solids, made from bricks and welded groups."""
 
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import accumulate, chain
 
 import numpy as np
 
 from stability.contact_law import Friction, Surface
 from stability.dynamics.rigid_group import RigidGroup, member_state
-from stability.engines.protocol import Guided
-from stability.engines.rigid.arrays import Array, Bodies, Solids
-from stability.engines.rigid.solving import place_axes
+from stability.engines.protocol import FIRM, Guided
+from stability.engines.rigid.mechanics import (
+    AXES,
+    BODY_WIDTH,
+    CARRIED,
+    GUIDE,
+    INVERSE_MASS,
+    MOTION,
+    POSITION,
+    REACH,
+    RESPONSE,
+    SLID,
+    Array,
+    Ints,
+    Solids,
+    place_axes,
+)
 from stability.geometry.placed_shape import principal_turn
-from stability.geometry.rows import Array as Rows
 from stability.geometry.vectors import body_axes, dot, inverse, multiply
-from stability.model import AT_REST, IDENTITY, BodyId, BodyState, Brick, Plane, Pose, Vec3
+from stability.model import AT_REST, IDENTITY, BodyId, BodyState, Brick, ConvexShape, Plane, Pose
 
 FIRST_ROOM = 16
+MOST_SHAPES = 256  # different ones that are kept
 MOST_ROUNDED = 0.02  # largest edge radius, as a share of a brick's least thickness
 
 
@@ -33,40 +49,35 @@ class BodyRows:
 
     groups: list[RigidGroup] = field(default_factory=list, init=False)
     row: dict[BodyId, int] = field(default_factory=dict, init=False)  # of the body of each brick
-    arrays: Bodies = field(init=False)  # of all bodies, and of the world in the last row
-    _all: Bodies = field(init=False)  # with room for more
+    arrays: Array = field(init=False)  # (n, BODY_WIDTH) of all bodies, and of the world in the last row
+    _all: Array = field(init=False)  # with room for more
 
     def __post_init__(self) -> None:
-        self._all = _room(FIRST_ROOM)
-        self.arrays = _first(self._all, 1)
+        self._all = np.zeros((FIRST_ROOM, BODY_WIDTH))
+        self.arrays = self._all[:1]
 
     def add(self, group: RigidGroup, state: BodyState) -> None:
         """Add a body; `state` is that of its only brick, or of frame G of a group."""
         row = len(self.groups)
-        if row + 2 > len(self._all.reach):
-            longer = _room(2 * row)
-            for old, new in zip(self._all, longer, strict=True):
-                new[:row] = old[:row]
-            self._all = longer
+        if row + 2 > len(self._all):
+            self._all = np.concatenate((self._all[:row], np.zeros((row + 2, BODY_WIDTH))))
         self.groups.append(group)
         self.row |= dict.fromkeys(group.bricks, row)
-        self.arrays = _first(self._all, row + 2)
-        corners = [_corners(group, name) for name in group.bricks]
-        self.arrays.reach[row] = max(float(np.linalg.norm(each, axis=1).max()) for each in corners)
-        self.arrays.inverse_moments[row] = 1.0 / np.array(group.moments)
-        self.release(row)
+        self.arrays = self._all[: row + 2]
+        corners = [_corners(group.bricks[name].shape, place) for name, place in group.places_G.items()]
+        self.arrays[row, REACH] = max(float(np.linalg.norm(each, axis=1).max()) for each in corners)
         self.put(row, state.pose)
-        self.arrays.motion[row] = *state.velocity_W, *state.angular_velocity_W
+        self.release(row)
+        self.move(row, state)
 
     def drop(self, row: int) -> None:
         """Remove a body."""
         last = len(self.groups) - 1
-        for column in self._all:
-            column[row:last] = column[row + 1 : last + 1]
-            column[last] = 0.0
+        self._all[row:last] = self._all[row + 1 : last + 1]
+        self._all[last] = 0.0
         del self.groups[row]
         self.row = {name: number for number, group in enumerate(self.groups) for name in group.bricks}
-        self.arrays = _first(self._all, last + 1)
+        self.arrays = self._all[: last + 1]
 
     def put(self, row: int, pose: Pose) -> None:
         """Move a body to a pose of its only brick, or of frame G of a group."""
@@ -74,50 +85,49 @@ class BodyRows:
         if len(group.bricks) == 1:
             (place,) = group.places_G.values()
             turn = multiply(turn, inverse(place.orientation))
-        self.arrays.position[row], self.arrays.turn[row] = pose.position_W, turn
+        self.arrays[row, POSITION:MOTION] = *pose.position_W, *turn
         place_axes(self.arrays, row)
+
+    def move(self, row: int, state: BodyState) -> None:
+        """Give a body the motion of a state."""
+        self.arrays[row, MOTION:AXES] = *state.velocity_W, *state.angular_velocity_W
 
     def hold(self, row: int) -> None:
         """Freeze a body at rest."""
-        self.arrays.inverse_mass[row] = self.arrays.motion[row] = 0.0
+        self.arrays[row, MOTION:AXES] = self.arrays[row, INVERSE_MASS] = 0.0
 
     def release(self, row: int) -> None:
         """Let a body move freely."""
-        self.arrays.inverse_mass[row] = 1.0 / self.groups[row].mass
-        self.arrays.guide[row] = 0.0
+        self._weigh(row, 1.0)
+        self.arrays[row, GUIDE:] = 0.0
+
+    def _weigh(self, row: int, factor: float) -> None:
+        """Set the inertia of a body, multiplied by a factor."""
+        group = self.groups[row]
+        self.arrays[row, INVERSE_MASS:RESPONSE] = 1.0 / (factor * np.array((group.mass, *group.moments)))
+        place_axes(self.arrays, row)
 
     def guide(self, row: int, motion: Guided, state: BodyState) -> None:
-        """Prescribe the motion of a body in the next step: nothing deflects a carried one, and a slid one tilts."""
+        """Prescribe the motion of a body in the next step: only what does not move deflects a carried one."""
         velocity_W, spin_W = motion.motion(state)
-        self.arrays.motion[row] = *velocity_W, *spin_W
-        if motion.free_W is None:
-            self.arrays.inverse_mass[row] = 0.0
-        else:
-            self.arrays.guide[row] = 1.0, *motion.velocity_W, *motion.free_W
+        self.arrays[row, MOTION:AXES] = *velocity_W, *spin_W
+        self.arrays[row, GUIDE:] = (
+            (CARRIED, *velocity_W, *AT_REST) if motion.free_W is None else (SLID, *motion.velocity_W, *motion.free_W)
+        )
+        self._weigh(row, FIRM if motion.carried else 1.0)
 
     def state(self, brick: BodyId) -> BodyState:
         """Return pose and motion of a brick."""
         row = self.row[brick]
-        group, bodies = self.groups[row], self.arrays
-        (x, y, z), (a, b, c, d) = bodies.position[row].tolist(), bodies.turn[row].tolist()
-        u, v, w, p, q, r = bodies.motion[row].tolist()
+        group = self.groups[row]
+        x, y, z, a, b, c, d, u, v, w, p, q, r = self.arrays[row, POSITION:AXES].tolist()
         body, place = BodyState(Pose((x, y, z), (a, b, c, d)), (u, v, w), (p, q, r)), group.places_G[brick]
         return body if place.orientation == IDENTITY and len(group.bricks) == 1 else member_state(body, place)
 
 
-def _room(most: int) -> Bodies:
-    widths = (3, 4, 6, 9, None, 3, 6, 3, 3, None, 7)
-    return Bodies(*(np.zeros(most if width is None else (most, width)) for width in widths))
-
-
-def _first(rows: Bodies, count: int) -> Bodies:
-    return Bodies(*(column[:count] for column in rows))
-
-
-def _corners(group: RigidGroup, name: BodyId) -> Array:
-    """Return the corners of a brick (n, 3), in axes of its body [m]."""
-    place = group.places_G[name]
-    turned = np.array(group.bricks[name].shape.corners) @ np.array(body_axes(place.orientation))
+def _corners(shape: ConvexShape, place: Pose) -> Array:
+    """Return the corners of a shape at its place in a body (n, 3), in axes of the body [m]."""
+    turned = np.array(shape.corners) @ np.array(body_axes(place.orientation))
     corners: Array = turned + np.array(place.position_W)
     return corners
 
@@ -130,56 +140,51 @@ class _Solid:
     """Shape of a brick, in axes of its body."""
 
     radius: float  # of its edges [m]
-    corners: Rows  # (n, 3) [m]
-    normals: Rows  # (f, 3)
+    corners: Array  # (n, 6) corners, and those after all faces are moved inwards by the edge radius [m]
+    faces: Array  # (f, 4) normals, and heights over the centre of mass of the body [m]
     loops: Sequence[Sequence[int]]
     edges: Sequence[tuple[int, int]]
 
-    @property
-    def heights(self) -> Rows:
-        """Heights of the faces over the centre of mass of the body (f,) [m]."""
-        heights: Rows = np.sum(self.normals * self.corners[[loop[0] for loop in self.loops]], axis=1)
-        return heights
 
-    @property
-    def cores(self) -> Rows:
-        """Corners if all faces are moved inwards by the edge radius (n, 3) [m]."""
-        inwards = np.zeros_like(self.corners)
-        for corner in range(len(self.corners)):
-            faces = self.normals[[face for face, loop in enumerate(self.loops) if corner in loop]]
-            inwards[corner] = np.linalg.lstsq(faces, np.full(len(faces), self.radius), rcond=None)[0]
-        cores: Rows = self.corners - inwards
-        return cores
-
-
-def _solid(group: RigidGroup, name: BodyId, radius: float) -> _Solid:
-    shape, place = group.bricks[name].shape, group.places_G[name]
+@lru_cache(maxsize=MOST_SHAPES)
+def _solid(shape: ConvexShape, place: Pose, radius: float) -> _Solid:
+    """Return a shape at its place in a body, with edges of a radius [m]."""
+    radius = min(radius, MOST_ROUNDED * shape.least_thickness)
+    corners = _corners(shape, place)
     normals = np.array([face.normal for face in shape.faces]) @ np.array(body_axes(place.orientation))
-    loops = [face.corners for face in shape.faces]
-    return _Solid(min(radius, MOST_ROUNDED * shape.least_thickness), _corners(group, name), normals, loops, shape.edges)
+    heights = np.sum(normals * corners[[face.corners[0] for face in shape.faces]], axis=1)
+    inwards = np.zeros_like(corners)
+    for corner in range(len(corners)):
+        faces = normals[[number for number, face in enumerate(shape.faces) if corner in face.corners]]
+        inwards[corner] = np.linalg.lstsq(faces, np.full(len(faces), radius), rcond=None)[0]
+    cores, loops = corners - inwards, [face.corners for face in shape.faces]
+    return _Solid(radius, np.hstack((corners, cores)), np.column_stack((normals, heights)), loops, shape.edges)
 
 
 def solids_of(bodies: BodyRows, planes: Collection[Plane], friction: Friction, radius: float) -> Solids:
     """Return the solids of all bricks, in the order of the bodies, with edges of a radius [m], and the half-spaces."""
     names, kinds = list(bodies.row), _kinds(bodies.row, friction)
-    solids = [_solid(bodies.groups[bodies.row[name]], name, radius) for name in names]
+    groups = [bodies.groups[row] for row in bodies.row.values()]
+    shapes = [(g.bricks[name].shape, g.places_G[name]) for name, g in zip(names, groups, strict=True)]
+    solids = [_solid(shape, place, radius) for shape, place in shapes]  # type: ignore[arg-type]  # shapes are frozen
     kind = {name: number for number, members in enumerate(kinds) for name in members}
     rubbing = [[friction.of(one[0], other[-1]) for other in kinds] for one in kinds]
     on_planes = [[friction.on(one[0], plane) for plane in planes] for one in kinds]
+    ranges = zip(
+        [*(bodies.row[name] for name in names), 0],
+        [*(kind[name] for name in names), 0],
+        _starts(len(solid.corners) for solid in solids),
+        _starts(len(solid.faces) for solid in solids),
+        _starts(len(solid.edges) for solid in solids),
+        strict=True,
+    )
     return Solids(
-        np.array([bodies.row[name] for name in names], np.int64),
-        np.array([kind[name] for name in names], np.int64),
+        np.array(list(ranges), np.int64),
         np.array([solid.radius for solid in solids], np.float64),
-        _starts([len(solid.corners) for solid in solids]),
-        _joined([solid.corners for solid in solids]),
-        _joined([solid.cores for solid in solids]),
-        _starts([len(solid.normals) for solid in solids]),
-        _joined([solid.normals for solid in solids]),
-        np.concatenate([np.zeros(0), *(solid.heights for solid in solids)]),
-        _starts([len(loop) for solid in solids for loop in solid.loops]),
-        np.array([corner for solid in solids for loop in solid.loops for corner in loop], np.int64),
-        _starts([len(solid.edges) for solid in solids]),
-        np.array([edge for solid in solids for edge in solid.edges], np.int64).reshape(-1, 2),
+        np.concatenate([np.zeros((0, 6)), *(solid.corners for solid in solids)]),
+        np.concatenate([np.zeros((0, 4)), *(solid.faces for solid in solids)]),
+        _padded([loop for solid in solids for loop in solid.loops]),
+        np.array([*chain(*(solid.edges for solid in solids))], np.int64).reshape(-1, 2),
         np.array(rubbing, np.float64).reshape(len(kinds), len(kinds)),
         np.array([[*p.normal_W, dot(p.normal_W, p.point_W)] for p in planes], np.float64).reshape(-1, 4),
         np.array(on_planes, np.float64).reshape(len(kinds), len(planes)),
@@ -194,16 +199,13 @@ def _kinds(names: Collection[BodyId], friction: Friction) -> list[list[BodyId]]:
     return list(kinds.values())
 
 
-def _starts(lengths: Sequence[int]) -> "np.ndarray[tuple[int], np.dtype[np.int64]]":
-    return np.concatenate(([0], np.cumsum(lengths, dtype=np.int64)))
+def _starts(lengths: Iterable[int]) -> Iterable[int]:
+    return accumulate(lengths, initial=0)
 
 
-def _joined(rows: Sequence[Rows]) -> Rows:
-    return np.concatenate([np.zeros((0, 3)), *rows])
-
-
-def extent(group: RigidGroup, name: BodyId) -> tuple[Vec3, Vec3]:
-    """Return the middle and half the sides of the box around a brick along its body axes [m]."""
-    corners = group.bricks[name].shape.corners
-    (a, b, c), (x, y, z) = np.min(corners, axis=0).tolist(), np.max(corners, axis=0).tolist()
-    return (0.5 * (a + x), 0.5 * (b + y), 0.5 * (c + z)), (0.5 * (x - a), 0.5 * (y - b), 0.5 * (z - c))
+def _padded(loops: Sequence[Sequence[int]]) -> Ints:
+    """Return the loops as rows that start with their lengths."""
+    padded = np.zeros((len(loops), 1 + max(map(len, loops), default=0)), np.int64)
+    for row, loop in enumerate(loops):
+        padded[row, : 1 + len(loop)] = len(loop), *loop
+    return padded

@@ -12,12 +12,14 @@ from stability.engines.scene_scale import SceneScale, power_of_two
 class RigidSettings(EngineSettings):
     """Settings of the rigid-body engine."""
 
-    package: ClassVar[Package] = Package("numba", "pip install 'stackdsl[rigid]'")
+    package: ClassVar[Package] = Package("numba", "pip install numba")  # compiles the engine
+    name: ClassVar[str] = "rigid"
     world: ClassVar[str] = "stability.engines.rigid.world:RigidWorld"
 
-    parts: int  # sub-steps of a time step; contacts are detected once a time step
-    sweeps: int  # of Gauss-Seidel over the contact points, in each sub-step
-    first_sweeps: int  # in sub-steps with new contact points, which have no impulse to start from
+    parts: int  # sub-steps of a time step
+    sweeps: int  # of Gauss-Seidel over the contact points, in each sub-step at least
+    most_sweeps: int  # in each sub-step, as long as a sweep changes a closing speed by more than the accuracy
+    accuracy: float  # [m/s]
     recovery: float  # [m/s] largest speed at which overlapping bodies separate
     edge_radius: float  # [m] of edges that meet, at most a fiftieth of the smallest side of a body
 
@@ -29,10 +31,15 @@ class RigidSettings(EngineSettings):
         return replace(super().refined(), sweeps=2 * self.sweeps)
 
     def scaled(self, scene: SceneScale) -> Self:
-        """Adapt as for every engine; lengths scale with the median brick, speeds with its toppling speed."""
+        """Adapt the time step as for every engine; lengths scale with the median brick, speeds with its toppling speed.
+
+        Thin bricks need no shorter steps, as gaps may close within a step and no more.
+        """
         size, slower = power_of_two(scene.median_diagonal), power_of_two(scene.slower)
         return replace(
             super().scaled(scene),
+            most_travel=None if self.most_travel is None else self.most_travel * size,
+            accuracy=self.accuracy * size / slower,
             recovery=self.recovery * size / slower,
             edge_radius=self.edge_radius * size,
         )

@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
+from math import ceil
 from typing import Self
 
 import numpy as np
@@ -13,16 +14,43 @@ from stability.dynamics.rigid_group import common_motion, grouped
 from stability.engines.bodies import EngineWorld, OwnBodies
 from stability.engines.pressing import AppliedLoads
 from stability.engines.protocol import NOTHING_PRESCRIBED, PrescribedMotion, StepClock
-from stability.engines.rigid.arrays import GAP, PRESSES, RUBS, RUBS_ACROSS, Ints, Points, Solids, no_points
-from stability.engines.rigid.bodies import BodyRows, extent, single, solids_of
-from stability.engines.rigid.colliding import carry_over, contacts
+from stability.engines.rigid.bodies import BodyRows, single, solids_of
+from stability.engines.rigid.mechanics import (
+    FIRST,
+    FORCE,
+    GAP,
+    ON_BODY,
+    ON_OTHER,
+    POSITION,
+    PRESSES,
+    REACH,
+    RUBS,
+    RUBS_ACROSS,
+    SECOND,
+    TURN,
+    Array,
+    Ints,
+    Pairs,
+    Points,
+    Solids,
+    advance,
+    bounding_boxes,
+    carry_over,
+    contacts,
+    near_boxes,
+    no_pairs,
+    no_points,
+    placed_corners,
+)
+from stability.engines.rigid.preparation import tell_if_compiling
 from stability.engines.rigid.settings import RigidSettings
-from stability.engines.rigid.solving import advance
-from stability.geometry.bounding_boxes import BoundingBoxes
-from stability.geometry.vectors import add, add_scaled, body_axes, rotate, scale
-from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
+from stability.geometry.box import Box
+from stability.geometry.vectors import add, add_scaled, scale
+from stability.model import AT_REST, GROUND, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
 
 FIRST_ROOM = 64
+
+tell_if_compiling()  # by the first import, as the first step of a process compiles
 
 
 @dataclass
@@ -32,23 +60,32 @@ class ContactPoints:
     points: Points = field(default_factory=lambda: no_points(FIRST_ROOM), init=False)
     count: int = field(default=0, init=False)
     _spare: Points = field(default_factory=lambda: no_points(FIRST_ROOM), init=False)
+    _pairs: Pairs = field(default_factory=no_pairs, init=False)
 
     def find(self, bodies: BodyRows, solids: Solids, order: Ints, duration: float, near: float) -> None:
         """Find the points of the next step of a duration [s], up to a gap [m]."""
-        count = contacts(bodies.arrays, solids, self._spare, order, duration, near)
-        if count > len(self._spare.key):
+        count, pairs = contacts(bodies.arrays, solids, self._spare, order, self._pairs, duration, near)
+        if count > len(self._spare.ids):
             self._spare = no_points(2 * count)
-            contacts(bodies.arrays, solids, self._spare, order, duration, near)
+            count, pairs = contacts(bodies.arrays, solids, self._spare, order, self._pairs, duration, near)
+        self._pairs = pairs
         carry_over(self._spare, count, self.points, self.count)
         self.points, self._spare, self.count = self._spare, self.points, count
 
+    def forget(self, row: int) -> None:
+        """Set the impulses on a body to 0, as its mass changes."""
+        index = self.points.ids[: self.count]
+        of_body = (index[:, ON_BODY] == row) | (index[:, ON_OTHER] == row)
+        self.points.row[: self.count][of_body, PRESSES : RUBS_ACROSS + 1] = 0.0
+
     def renumber(self, before: Sequence[BodyId], now: Sequence[BodyId]) -> None:
         """Renumber the solids of the points after a change, and drop the points of removed solids."""
+        self._pairs = no_pairs()
         if not self.count:
             return
         numbers = {name: number for number, name in enumerate(now)}
         renumbered = np.array([numbers.get(name, -1) for name in before])
-        pairs = self.points.solids[: self.count]
+        pairs = self.points.ids[: self.count, : SECOND + 1]
         on_plane = pairs[:, 0] < 0
         first, second = np.where(on_plane, pairs[:, 0], renumbered[pairs[:, 0]]), renumbered[pairs[:, 1]]
         lost = (second < 0) | (~on_plane & ((first < 0) | (first > second)))
@@ -56,8 +93,8 @@ class ContactPoints:
         rows = np.lexsort((np.where(on_plane, -first, second), np.where(on_plane, second, first), ~on_plane))
         rows = rows[~lost[rows]]
         self.count = count = len(rows)
-        self.points.solids[:count] = np.stack((first, second), axis=1)[rows]
-        self.points.key[:count], self.points.row[:count] = self.points.key[rows], self.points.row[rows]
+        self.points.ids[:count], self.points.row[:count] = self.points.ids[rows], self.points.row[rows]
+        self.points.ids[:count, FIRST], self.points.ids[:count, SECOND] = first[rows], second[rows]
 
 
 @dataclass
@@ -75,11 +112,13 @@ class RigidWorld(EngineWorld):
     _guided: set[BodyId] = field(default_factory=set, init=False)  # in the last step
     _solids: Solids | None = field(default=None, init=False)  # None after a change
     _names: tuple[BodyId, ...] = field(default=(), init=False)  # of the bricks of the solids
+    _number: dict[BodyId, int] = field(default_factory=dict, init=False)  # of the solid of each brick
     _order: Ints = field(default_factory=lambda: np.arange(0), init=False)  # of the solids along an axis
     _contacts: ContactPoints = field(default_factory=ContactPoints, init=False)
     _part: float = field(default=1.0, init=False)  # duration of the last sub-step [s]
     _touching: dict[BodyId, list[int]] | None = field(default=None, init=False)
-    _bounds: BoundingBoxes | None = field(default=None, init=False)
+    _boxes: Array | None = field(default=None, init=False)  # around the solids
+    _states: dict[BodyId, BodyState] = field(default_factory=dict, init=False)  # of bricks, as they were asked for
 
     @classmethod
     def opened(
@@ -93,19 +132,25 @@ class RigidWorld(EngineWorld):
 
     def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
         solids, settings, duration = self._built(), self.settings, self.settings.time_step
-        self._guide(prescribed)
         self._press(duration)
-        self._contacts.find(self._bodies, solids, self._order, duration, 2.0 * settings.edge_radius)
-        parts = max(self.clock.pass_step(), settings.parts)
+        self._guide(prescribed)
         x, y, z = prescribed.acceleration_W
-        advance(
-            self._bodies.arrays,
-            self._contacts.points,
-            self._contacts.count,
-            (duration, parts, settings.sweeps, settings.first_sweeps),
-            settings.recovery,
-            np.array((-x, -y, -self.gravity - z)),
-        )
+        gravity_W = np.array((-x, -y, -self.gravity - z))
+        # The features at which fast bodies touch may change within a step, and a hit may make any body as fast.
+        splits = self.clock.pass_step()
+        parts, duration = ceil(settings.parts / splits), duration / splits
+        near = 2.0 * settings.edge_radius + duration * self.clock.fastest
+        for _ in range(splits):
+            self._contacts.find(self._bodies, solids, self._order, duration, near)
+            advance(
+                self._bodies.arrays,
+                self._contacts.points,
+                self._contacts.count,
+                (duration, parts, settings.sweeps, settings.most_sweeps),
+                settings.accuracy,
+                settings.recovery,
+                gravity_W,
+            )
         self._part = duration / parts
         self._moved()
 
@@ -114,6 +159,7 @@ class RigidWorld(EngineWorld):
         for name in self._guided - prescribed.guided.keys():
             if name in self._bodies.row and name not in self._frozen:
                 self._bodies.release(self._bodies.row[name])
+                self._contacts.forget(self._bodies.row[name])
         self._guided = {*prescribed.guided}
         for name, motion in prescribed.guided.items():
             self._bodies.guide(self._bodies.row[name], motion, self._bodies.state(name))
@@ -121,13 +167,15 @@ class RigidWorld(EngineWorld):
     def _press(self, duration: float) -> None:
         """Set the forces from outside during the next step."""
         arrays = self._bodies.arrays
-        arrays.force[:] = arrays.torque[:] = 0.0
+        arrays[:, FORCE:REACH] = 0.0
         for acting in self.presses.acting(self, duration):
             row = self._bodies.row[acting.brick.id]
-            arrays.force[row], arrays.torque[row] = acting.wrench(duration)
+            force_W, torque_W = acting.wrench(duration)
+            arrays[row, FORCE:REACH] = *force_W, *torque_W
 
     def _moved(self) -> None:
-        self._touching = self._bounds = None
+        self._touching = self._boxes = None
+        self._states.clear()
 
     def _changed(self) -> None:
         self._solids = None
@@ -139,6 +187,7 @@ class RigidWorld(EngineWorld):
             before, self._names = self._names, tuple(self._bodies.row)
             planes = self.own.planes.values()
             self._solids = solids_of(self._bodies, planes, self.friction, self.settings.edge_radius)
+            self._number = {name: number for number, name in enumerate(self._names)}
             self._contacts.renumber(before, self._names)
             self._order = np.arange(len(self._names))
         return self._solids
@@ -168,7 +217,7 @@ class RigidWorld(EngineWorld):
         self._frozen.discard(brick)
         self._bodies.release(row)
         self._bodies.put(row, state.pose)
-        self._bodies.arrays.motion[row] = *state.velocity_W, *state.angular_velocity_W
+        self._bodies.move(row, state)
         self._moved()
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
@@ -182,6 +231,7 @@ class RigidWorld(EngineWorld):
         self._part_from_others(brick)
         self._bodies.hold(self._bodies.row[brick])
         self._frozen.add(brick)
+        self._states.clear()
 
     def holds(self, brick: BodyId) -> bool:
         return brick in self._frozen
@@ -228,11 +278,13 @@ class RigidWorld(EngineWorld):
     # --- queries ------------------------------------------------------------------------------------------------------
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
-        planes = self.own.planes
-        return {
-            body: BodyState(Pose(planes[body].point_W)) if body in planes else self._bodies.state(body)
-            for body in bodies
-        }
+        return {body: self._states.get(body) or self._state(body) for body in bodies}
+
+    def _state(self, body: BodyId) -> BodyState:
+        if body in self.own.planes:
+            return BodyState(Pose(self.own.planes[body].point_W))
+        state = self._states[body] = self._bodies.state(body)
+        return state
 
     def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
         if self._touching is None:
@@ -249,15 +301,15 @@ class RigidWorld(EngineWorld):
         return touching
 
     def _bodies_at(self, number: int) -> tuple[BodyId, BodyId]:
-        first, second = self._contacts.points.solids[number].tolist()
+        first, second = self._contacts.points.ids[number, : SECOND + 1].tolist()
         return tuple(self.own.planes)[-1 - first] if first < 0 else self._names[first], self._names[second]
 
     def _contact_point(self, number: int) -> ContactPoint:
         points = self._contacts.points
-        row, on_plane = points.row[number].tolist(), points.solids[number, 0] < 0
+        row, on_plane = points.row[number].tolist(), points.ids[number, FIRST] < 0
         first, second = self._bodies_at(number)
         normal, along, across = ((row[k], row[k + 1], row[k + 2]) for k in (0, 3, 6))
-        x, y, z = self._bodies.arrays.position[points.bodies[number, 1]].tolist()
+        x, y, z = self._bodies.arrays[points.ids[number, ON_OTHER], POSITION:TURN].tolist()
         # The point is a corner over a half-space, or in the middle of the gap between two solids.
         below = row[GAP] if on_plane else 0.5 * row[GAP]
         at_W = add_scaled((x + row[25], y + row[26], z + row[27]), -below, normal)
@@ -265,17 +317,33 @@ class RigidWorld(EngineWorld):
         return ContactPoint(second, first, at_W, normal, row[GAP], row[PRESSES] / self._part, rubs_W)
 
     def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
-        if self._bounds is None:
-            self._bounds = self._bounding_boxes()
-        members = self._members(brick)
-        return [other for other in self.own.neighbours(brick, self._bounds, within) if other not in members]
+        solids = self._built()
+        if self._boxes is None:
+            self._boxes = bounding_boxes(
+                solids.table, placed_corners(self._bodies.arrays, solids.table, solids.corners)
+            )
+        members, planes = self._members(brick), tuple(self.own.planes)
+        near = near_boxes(self._boxes, solids.planes, self._number[brick], within).tolist()
+        names = (planes[-1 - number] if number < 0 else self._names[number] for number in near)
+        return sorted(name for name in names if name not in members)
 
-    def _bounding_boxes(self) -> BoundingBoxes:
-        poses = {name: state.pose for name, state in self.states(self.own.bricks).items()}
-        extents = [extent(self._bodies.groups[self._bodies.row[name]], name) for name in poses]
-        middles = [
-            add(pose.position_W, rotate(pose.orientation, middle))
-            for pose, (middle, _) in zip(poses.values(), extents, strict=True)
-        ]
-        axes = np.array([body_axes(pose.orientation) for pose in poses.values()]).transpose(0, 2, 1)
-        return BoundingBoxes.around(poses, np.array(middles), axes, np.array([half for _, half in extents]))
+
+def compile_engine() -> None:
+    """Compile the engine for this machine, and keep its machine code for this process and all later ones."""
+    settings = RigidSettings(
+        time_step=0.001,
+        most_travel=0.001,
+        parts=1,
+        sweeps=1,
+        most_sweeps=1,
+        accuracy=0.001,
+        recovery=0.05,
+        edge_radius=1e-4,
+    )
+    world = RigidWorld.opened(settings, 9.81, 0.5)
+    world.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5))
+    for name, height in (("lower", 0.5), ("upper", 1.5)):
+        world.add_brick(Brick(name, Box((1.0, 1.0, 1.0)), 1.0), Pose((0.0, 0.0, height)))
+    world.step()
+    world.neighbours("upper", 1.0)
+    world.close()

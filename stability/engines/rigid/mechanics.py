@@ -1,0 +1,1082 @@
+"""Contact points and motion of rigid bodies in arrays, as machine code.
+
+All compiled functions and the columns of their arrays are in this file, since machine code is kept until the file that
+it was made from changes. Compiled functions take few arrays, as each costs time at every call and at compilation. So
+what belongs together is in columns of one array. All quantities are in SI units.
+"""
+
+from collections.abc import Callable
+from math import cos, pi, sin, sqrt
+from typing import Any, NamedTuple, TypeVar, cast
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def compiled(function: Function) -> Function:
+    """Return the function as machine code, which is kept for later processes."""
+    return cast("Function", njit(cache=True, error_model="numpy")(function))
+
+
+# Columns of a rigid body: a brick, a welded group, or in the last row the world, which rests and has no mass.
+# Body axes are the principal axes of inertia.
+POSITION = 0  # 3: of the centre of mass, W [m]
+TURN = 3  # 4: from body axes to W: x, y, z, w
+MOTION = 7  # 6: velocity [m/s] and spin [rad/s], W
+SPIN = 10
+AXES = 13  # 9: rotation matrix by rows
+INVERSE_MASS = 22  # [1/kg]; 0 of frozen bodies
+INVERSE_MOMENTS = 23  # 3: [1/(kg m2)]
+RESPONSE = 26  # 6: inverse inertia in W: xx, xy, xz, yy, yz, zz
+FORCE = 32  # 3: from outside the engine, W [N]
+TORQUE = 35  # 3: [N m]
+REACH = 38  # of the farthest corner from the centre [m]
+GUIDE = (
+    39  # 7: 0, SLID or CARRIED; the prescribed velocity [m/s], and the unit axis along which a slid body moves freely
+)
+SLID, CARRIED = 1.0, 2.0
+BODY_WIDTH = 46
+
+
+class Solids(NamedTuple):
+    """Convex solids of the bodies, in body axes, and half-spaces. Corners are counted from the first of their solid."""
+
+    table: Ints  # (s + 1, 5) columns below; each range ends where that of the next row starts
+    radius: Array  # (s,) of the edges [m]
+    corners: Array  # (c, 6) corners, and those of the solid without its rounded edges [m]
+    faces: Array  # (f, 4) outward normals, and heights over the centre of mass of the body [m]
+    loops: Ints  # (f, ...) number of corners of a face, and these, counter-clockwise seen from outside
+    edges: Ints  # (e, 2) corners at both ends
+    friction: Array  # (k, k) of surfaces on each other
+    planes: Array  # (p, 4) outward normals and heights of half-spaces
+    on_planes: Array  # (k, p) friction of surfaces on half-spaces
+
+
+# Columns of `Solids.table`.
+BODY, SURFACE = 0, 1  # row of the body, and of `friction`
+CORNER, FACE, EDGE = 2, 3, 4  # first one
+SOLID_WIDTH = 5
+
+
+class Points(NamedTuple):
+    """Contact points, sorted by pair of solids, those on half-spaces first."""
+
+    ids: Ints  # (n, 5) columns below
+    row: Array  # (n, WIDTH) all else, in the columns below
+
+
+# Columns of `Points.ids`.
+FIRST, SECOND = 0, 1  # solids that touch; the first is -1, -2, ... for half-spaces
+ON_BODY, ON_OTHER = 2, 3  # rows of their bodies; the first is the world for half-spaces
+KEY = 4  # of the features that touch
+
+# Columns of `Points.row`. The normal points from the first to the second body; the frame is in W.
+NORMAL, ALONG, ACROSS = 0, 3, 6
+ON_FIRST, ON_SECOND = 9, 12  # the point in axes of either body [m]
+OFFSET = 15  # gap less the distance of the two points along the normal [m]
+FRICTION = 16
+PRESSES, RUBS, RUBS_ACROSS = 17, 18, 19  # impulses [N s]
+MASS, MASS_ACROSS = 20, 21  # effective masses [kg]
+ARM_FIRST, ARM_SECOND = 22, 25  # from the centres, W [m]
+GAP = 28  # [m]
+EARLIER = 29  # impulse along the normal at the start of the sub-step [N s]
+DRAGS, DRAGS_ACROSS = 30, 31  # slips along the two tangents after a unit of normal impulse [1/kg]
+TURNS = 32  # spins of the first, then of the second body after unit impulses along the three axes [1/(kg m)]
+SOFTNESS = 50  # share of the impulse that an overlap takes up
+WIDTH = 51
+
+
+class Pairs(NamedTuple):
+    """Pairs of solids whose bounding boxes overlap, sorted."""
+
+    code: Ints  # (n,) number of the first solid, times the number of all solids, plus that of the second
+    axis: Array  # (n, 3) unit axis from the first to the second along which they were apart, W; 0 if unknown
+
+
+def no_points(most: int) -> Points:
+    """Return room for contact points."""
+    return Points(np.zeros((most, 5), np.int64), np.zeros((most, WIDTH)))
+
+
+def no_pairs() -> Pairs:
+    """Return no pairs."""
+    return Pairs(np.zeros(0, np.int64), np.zeros((0, 3)))
+
+
+# Contact points of convex solids with each other and with half-spaces.
+#
+# Model: edges are slightly rounded. If one solid lies on a face of another, the normal is that of the face, and the
+# points are the corners of the common area. Otherwise edges meet, and the normal joins the nearest points of the two
+# solids without their rounded edges, which is also right for parallel edges.
+
+
+MOST_CORNERS = 128  # of a common area
+FLAT = 0.9998  # cosine of the angle between two faces that touch along an area
+SLIGHT = 0.01  # times the edge radius
+SAME = 1e-9  # [m] accepted distance of a corner beyond the side of a face
+EITHER = 1e-7  # [m] within which the face of the first solid is taken, if two solids are equally far from each other's
+PARALLEL = 0.997  # squared cosine of the angle between two edges that touch along a line
+SIDEWAYS = 0.7  # cosine: a normal closer than that to an axis takes another axis as the reference of its tangents
+FAVOURED = 0.999  # factor of the squared distance of parallel edges
+COMMON = 0.02  # least common part of parallel edges, as a share of the first
+WARPED = 0.3  # times the edge radius by which an edge may be warped against a face that it lies in
+ALIKE = 0.98  # cosine of the angle between the normals of two points of such an edge
+DEEP = 0.05  # times the edge radius: cores that are closer have no normal
+NAMED = 4096  # more than the corners, edges and sides of a solid
+
+# Columns of placed corners, in W.
+CORE, HEIGHT = 3, 6  # after the corner: that without rounded edges [m], and its height along an axis [m]
+PLACED_WIDTH = 7
+
+# Rows of the scratch space of a pair.
+LOWER_PLANE, UPPER_PLANE, NEAREST, CANDIDATE = 0, 1, 2, 3
+
+
+@compiled
+def contacts(
+    bodies: Array, solids: Solids, points: Points, order: Ints, earlier: Pairs, duration: float, near: float
+) -> tuple[int, Pairs]:
+    """Find all points at which bodies touch or may touch within a duration [s].
+
+    Return their number, and the pairs that were compared. The points are in `points`, if there is room for all. `near`
+    is the least gap at which a point counts [m]. `order` are the solids, sorted along an axis the last time; `earlier`
+    are the pairs of the last time.
+    """
+    table, n = solids.table, len(solids.table) - 1
+    placed, reach = placed_corners(bodies, table, solids.corners), np.empty(n)
+    boxes = bounding_boxes(table, placed)
+    for i in range(n):
+        b = table[i, BODY]
+        speed, spin = _length(bodies[b, MOTION:SPIN]), _length(bodies[b, SPIN:AXES])
+        reach[i] = near + duration * (speed + bodies[b, REACH] * spin)
+        for k in range(3):
+            boxes[i, k] -= reach[i]
+            boxes[i, 3 + k] += reach[i]
+    count = int(np.int64(0))  # no literal, for which numba would compile the functions below once more
+    for i in range(n):
+        if bodies[table[i, BODY], INVERSE_MASS] > 0.0:
+            for p in range(len(solids.planes)):
+                rubbing = solids.on_planes[table[i, SURFACE], p]
+                count = _on_plane(bodies, table, i, placed, solids.planes, p, rubbing, reach[i], points, count)
+    polygons, names = np.empty((2, MOST_CORNERS, 3)), np.empty((2, MOST_CORNERS), np.int64)
+    scratch, codes = np.empty((4, 6)), _close_pairs(bodies, table, boxes, order)
+    axes, start = np.zeros((len(codes), 3)), 0
+    for k in range(len(codes)):
+        while start < len(earlier.code) and earlier.code[start] < codes[k]:
+            start += 1
+        i, j = codes[k] // n, codes[k] % n
+        within, radius = reach[i] + reach[j], min(solids.radius[i], solids.radius[j])
+        if start < len(earlier.code) and earlier.code[start] == codes[k]:
+            for axis in range(3):
+                axes[k, axis] = earlier.axis[start, axis]
+            if _separation(table, i, j, placed, axes, k) > within:
+                continue
+        rubbing, known = solids.friction[table[i, SURFACE], table[j, SURFACE]], count
+        for attempt in range(
+            2
+        ):  # the second if the solids are so deep in each other that the nearest edges tell nothing
+            count = _along_faces(
+                bodies,
+                solids,
+                i,
+                j,
+                placed,
+                within,
+                radius,
+                rubbing,
+                axes,
+                k,
+                points,
+                known,
+                polygons,
+                names,
+                scratch,
+                attempt,
+            )
+            if count < 0:
+                count = _where_edges_meet(
+                    bodies, solids, i, j, placed, within, radius, rubbing, axes, k, points, known, scratch
+                )
+            if count >= 0:
+                break
+    return count, Pairs(codes, axes)
+
+
+@compiled
+def _length(vector: Array) -> float:
+    return sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+
+
+@compiled
+def placed_corners(bodies: Array, table: Ints, corners: Array) -> Array:
+    """Return the corners of all solids in W, with and without rounded edges (c, 7) [m]; the last column is free."""
+    placed = np.empty((len(corners), PLACED_WIDTH))
+    for i in range(len(table) - 1):
+        b = table[i, BODY]
+        for c in range(table[i, CORNER], table[i + 1, CORNER]):
+            for k in range(3):
+                x, y, z = bodies[b, AXES + 3 * k], bodies[b, AXES + 3 * k + 1], bodies[b, AXES + 3 * k + 2]
+                at = bodies[b, POSITION + k]
+                placed[c, k] = at + x * corners[c, 0] + y * corners[c, 1] + z * corners[c, 2]
+                placed[c, 3 + k] = at + x * corners[c, 3] + y * corners[c, 4] + z * corners[c, 5]
+    return placed
+
+
+@compiled
+def bounding_boxes(table: Ints, placed: Array) -> Array:
+    """Return the lowest and the highest coordinates of all solids (n, 6), from their placed corners [m]."""
+    boxes = np.empty((len(table) - 1, 6))
+    for i in range(len(boxes)):
+        for k in range(3):
+            low, high = np.inf, -np.inf
+            for c in range(table[i, CORNER], table[i + 1, CORNER]):
+                low, high = min(low, placed[c, k]), max(high, placed[c, k])
+            boxes[i, k], boxes[i, 3 + k] = low, high
+    return boxes
+
+
+@compiled
+def near_boxes(boxes: Array, planes: Array, i: int, within: float) -> Ints:
+    """Return the numbers of the boxes within a distance [m] of box i, itself included; -1, -2, ... for half-spaces."""
+    found, count = np.empty(len(boxes) + len(planes), np.int64), 0
+    for p in range(len(planes)):
+        height = -planes[p, 3]
+        for k in range(3):
+            height += planes[p, k] * (boxes[i, k] if planes[p, k] > 0.0 else boxes[i, 3 + k])
+        if height <= within:
+            found[count] = -1 - p
+            count += 1
+    for j in range(len(boxes)):
+        if _overlap(boxes, i, j, within):
+            found[count] = j
+            count += 1
+    return found[:count]
+
+
+@compiled
+def _overlap(boxes: Array, i: int, j: int, within: float) -> bool:
+    apart = False
+    for k in range(3):
+        apart = apart or boxes[i, k] - within > boxes[j, 3 + k] or boxes[j, k] > boxes[i, 3 + k] + within
+    return not apart
+
+
+@compiled
+def _close_pairs(bodies: Array, table: Ints, boxes: Array, order: Ints) -> Ints:
+    """Return the pairs of solids whose bounding boxes overlap, as i n + j with i < j, sorted."""
+    n = len(order)
+    axis, widest = 0, -1.0
+    for k in range(3):
+        mean = spread = 0.0
+        for i in range(n):
+            mean += boxes[i, k] / n
+        for i in range(n):
+            spread += (boxes[i, k] - mean) ** 2
+        if spread > widest:
+            axis, widest = k, spread
+    for i in range(1, n):  # insertion sort: the order hardly changes between steps
+        moved, j = order[i], i - 1
+        while j >= 0 and boxes[order[j], axis] > boxes[moved, axis]:
+            order[j + 1] = order[j]
+            j -= 1
+        order[j + 1] = moved
+    pairs, count = np.empty(8 * n + 8, np.int64), 0
+    for one in range(n):
+        i = order[one]
+        still = bodies[table[i, BODY], INVERSE_MASS] == 0.0
+        for another in range(one + 1, n):
+            j = order[another]
+            if boxes[j, axis] > boxes[i, 3 + axis]:
+                break
+            if table[i, BODY] == table[j, BODY] or (still and bodies[table[j, BODY], INVERSE_MASS] == 0.0):
+                continue
+            if not _overlap(boxes, i, j, 0.0):
+                continue
+            if count == len(pairs):
+                longer = np.empty(2 * count, np.int64)
+                for k in range(count):
+                    longer[k] = pairs[k]
+                pairs = longer
+            pairs[count] = min(i, j) * n + max(i, j)
+            count += 1
+    _sort(pairs, count)
+    return pairs[:count]
+
+
+@compiled
+def _sort(numbers: Ints, count: int) -> None:
+    """Sort the first numbers (Shell's method: that of the library takes two seconds to compile)."""
+    gap = count // 2
+    while gap > 0:
+        for i in range(gap, count):
+            moved, j = numbers[i], i
+            while j >= gap and numbers[j - gap] > moved:
+                numbers[j] = numbers[j - gap]
+                j -= gap
+            numbers[j] = moved
+        gap //= 2
+
+
+@compiled
+def _add(
+    bodies: Array,
+    points: Points,
+    count: int,
+    solids: tuple[int, int],
+    on: tuple[int, int],
+    key: int,
+    normal: tuple[float, float, float],
+    at: tuple[float, float, float],
+    gap: float,
+    friction: float,
+) -> int:
+    """Add a point of W in the middle of a gap [m]; return the number of points."""
+    index, r = points.ids, points.row
+    if count >= len(index):
+        return count + 1
+    r[count, PRESSES] = r[count, RUBS] = r[count, RUBS_ACROSS] = 0.0
+    index[count, FIRST], index[count, SECOND] = solids
+    index[count, ON_BODY], index[count, ON_OTHER] = on
+    index[count, KEY] = key
+    x, y, z = normal
+    r[count, 0], r[count, 1], r[count, 2] = x, y, z
+    if abs(y) < SIDEWAYS:
+        a, b, c = z, 0.0, -x
+    else:
+        a, b, c = 0.0, -z, y
+    long = 1.0 / sqrt(a * a + b * b + c * c)
+    a, b, c = long * a, long * b, long * c
+    r[count, 3], r[count, 4], r[count, 5] = a, b, c
+    r[count, 6], r[count, 7], r[count, 8] = y * c - z * b, z * a - x * c, x * b - y * a
+    for side in range(2):
+        i = on[side]  # the axes of the world are 0, so that the offset holds its part of the gap
+        u, v, w = at[0] - bodies[i, POSITION], at[1] - bodies[i, POSITION + 1], at[2] - bodies[i, POSITION + 2]
+        for k in range(3):
+            column = AXES + k
+            r[count, 9 + 3 * side + k] = bodies[i, column] * u + bodies[i, column + 3] * v + bodies[i, column + 6] * w
+    r[count, OFFSET], r[count, FRICTION] = gap, friction
+    return count + 1
+
+
+@compiled
+def _on_plane(
+    bodies: Array,
+    table: Ints,
+    i: int,
+    placed: Array,
+    planes: Array,
+    p: int,
+    rubbing: float,
+    reach: float,
+    points: Points,
+    count: int,
+) -> int:
+    """Add the corners of a solid that are within reach of a half-space [m]."""
+    x, y, z = planes[p, 0], planes[p, 1], planes[p, 2]
+    first = table[i, CORNER]
+    for c in range(first, table[i + 1, CORNER]):
+        u, v, w = placed[c, 0], placed[c, 1], placed[c, 2]
+        if x * u + y * v + z * w - planes[p, 3] < reach:
+            on = (len(bodies) - 1, table[i, BODY])
+            count = _add(
+                bodies, points, count, (-1 - p, i), on, c - first, (x, y, z), (u, v, w), -planes[p, 3], rubbing
+            )
+    return count
+
+
+@compiled
+def _separation(table: Ints, i: int, j: int, placed: Array, axes: Array, k: int) -> float:
+    """Return the gap between two solids along an axis from the first to the second [m]."""
+    x, y, z, top, bottom = axes[k, 0], axes[k, 1], axes[k, 2], -np.inf, np.inf
+    for c in range(table[i, CORNER], table[i + 1, CORNER]):
+        top = max(top, x * placed[c, 0] + y * placed[c, 1] + z * placed[c, 2])
+    for c in range(table[j, CORNER], table[j + 1, CORNER]):
+        bottom = min(bottom, x * placed[c, 0] + y * placed[c, 1] + z * placed[c, 2])
+    return bottom - top
+
+
+@compiled
+def _facing(bodies: Array, table: Ints, faces: Array, i: int, j: int, placed: Array, plane: Array) -> tuple[float, int]:
+    """Return the largest distance of solid j from the plane of a face of solid i [m], with that face.
+
+    The plane is stored.
+    """
+    b, other = table[i, BODY], table[j, BODY]
+    p, q, r = bodies[b, POSITION], bodies[b, POSITION + 1], bodies[b, POSITION + 2]
+    s, t, o = bodies[other, POSITION], bodies[other, POSITION + 1], bodies[other, POSITION + 2]
+    farthest, face = -np.inf, -1
+    for f in range(table[i, FACE], table[i + 1, FACE]):
+        u, v, w = faces[f, 0], faces[f, 1], faces[f, 2]
+        x = bodies[b, AXES] * u + bodies[b, AXES + 1] * v + bodies[b, AXES + 2] * w
+        y = bodies[b, AXES + 3] * u + bodies[b, AXES + 4] * v + bodies[b, AXES + 5] * w
+        z = bodies[b, AXES + 6] * u + bodies[b, AXES + 7] * v + bodies[b, AXES + 8] * w
+        height = faces[f, 3] + x * p + y * q + z * r
+        if x * s + y * t + z * o - height + bodies[other, REACH] < farthest:
+            continue
+        lowest = np.inf
+        for c in range(table[j, CORNER], table[j + 1, CORNER]):
+            lowest = min(lowest, x * placed[c, 0] + y * placed[c, 1] + z * placed[c, 2])
+        if lowest - height > farthest:
+            farthest, face = lowest - height, f
+            plane[0], plane[1], plane[2], plane[3] = x, y, z, height
+    return farthest, face
+
+
+@compiled
+def _opposite(bodies: Array, table: Ints, faces: Array, j: int, scratch: Array, plane: int) -> tuple[float, int]:
+    """Return the cosine between the normal of a plane and the most opposite normal of a solid, with that face."""
+    b, u, v, w = table[j, BODY], scratch[plane, 0], scratch[plane, 1], scratch[plane, 2]
+    x = bodies[b, AXES] * u + bodies[b, AXES + 3] * v + bodies[b, AXES + 6] * w
+    y = bodies[b, AXES + 1] * u + bodies[b, AXES + 4] * v + bodies[b, AXES + 7] * w
+    z = bodies[b, AXES + 2] * u + bodies[b, AXES + 5] * v + bodies[b, AXES + 8] * w
+    least, face = np.inf, -1
+    for f in range(table[j, FACE], table[j + 1, FACE]):
+        cosine = x * faces[f, 0] + y * faces[f, 1] + z * faces[f, 2]
+        if cosine < least:
+            least, face = cosine, f
+    return least, face
+
+
+@compiled
+def _common_area(
+    table: Ints,
+    loops: Ints,
+    i: int,
+    face: int,
+    j: int,
+    other: int,
+    placed: Array,
+    scratch: Array,
+    plane: int,
+    inset: float,
+    polygons: Array,
+    names: Ints,
+) -> int:
+    """Clip a face of solid j by the sides of a face of solid i, moved inwards; return the number of corners left.
+
+    They are in the first of the two polygons, with their names.
+    """
+    count, of_i, of_j = loops[other, 0], table[i, CORNER], table[j, CORNER]
+    p, q, r = scratch[plane, 0], scratch[plane, 1], scratch[plane, 2]
+    for k in range(count):
+        corner = loops[other, 1 + k]
+        names[0, k] = corner
+        for axis in range(3):
+            polygons[0, k, axis] = placed[of_j + corner, axis]
+    sides = loops[face, 0]
+    for side in range(sides):
+        v, w = of_i + loops[face, 1 + side], of_i + loops[face, 1 + (side + 1) % sides]
+        a, b, c = placed[w, 0] - placed[v, 0], placed[w, 1] - placed[v, 1], placed[w, 2] - placed[v, 2]
+        x, y, z = b * r - c * q, c * p - a * r, a * q - b * p
+        long = 1.0 / sqrt(x * x + y * y + z * z)
+        x, y, z = long * x, long * y, long * z
+        height, kept = x * placed[v, 0] + y * placed[v, 1] + z * placed[v, 2] - inset, 0
+        there = x * polygons[0, 0, 0] + y * polygons[0, 0, 1] + z * polygons[0, 0, 2] - height
+        for k in range(count):
+            following, here = (k + 1) % count, there
+            there = (
+                x * polygons[0, following, 0] + y * polygons[0, following, 1] + z * polygons[0, following, 2] - height
+            )
+            if here <= SAME:
+                names[1, kept] = names[0, k]
+                for axis in range(3):
+                    polygons[1, kept, axis] = polygons[0, k, axis]
+                kept += 1
+            if (here <= SAME) != (there <= SAME) and kept < MOST_CORNERS:
+                share = here / (here - there)
+                for axis in range(3):
+                    polygons[1, kept, axis] = (1.0 - share) * polygons[0, k, axis] + share * polygons[
+                        0, following, axis
+                    ]
+                names[1, kept] = ((side + 1) * NAMED + names[0, k] % NAMED) * NAMED + names[0, following] % NAMED
+                kept += 1
+        count = min(kept, MOST_CORNERS - 1)
+        for k in range(count):
+            names[0, k] = names[1, k]
+            for axis in range(3):
+                polygons[0, k, axis] = polygons[1, k, axis]
+        if count == 0:
+            break
+    return int(count)
+
+
+@compiled
+def _along_faces(
+    bodies: Array,
+    solids: Solids,
+    i: int,
+    j: int,
+    placed: Array,
+    reach: float,
+    radius: float,
+    rubbing: float,
+    axes: Array,
+    k: int,
+    points: Points,
+    count: int,
+    polygons: Array,
+    names: Ints,
+    scratch: Array,
+    attempt: int,
+) -> int:
+    """Add the points of two solids of which one lies on a face of the other; return the number of points.
+
+    Return -1 if their edges may meet, at the first attempt; the plane of the face is then the first row of the scratch
+    space. If the face is further away than `reach` [m], its normal is stored as axis k.
+    """
+    table, faces = solids.table, solids.faces
+    from_i, face_i = _facing(bodies, table, faces, i, j, placed, scratch[LOWER_PLANE])
+    if from_i > reach:
+        for axis in range(3):
+            axes[k, axis] = scratch[LOWER_PLANE, axis]
+        return count
+    from_j, face_j = _facing(bodies, table, faces, j, i, placed, scratch[UPPER_PLANE])
+    if from_j > reach:
+        for axis in range(3):
+            axes[k, axis] = -scratch[UPPER_PLANE, axis]
+        return count
+    on_i = from_i >= from_j - EITHER
+    lower, upper, face, plane = (i, j, face_i, LOWER_PLANE) if on_i else (j, i, face_j, UPPER_PLANE)
+    sign, apart = (1.0, from_i) if on_i else (-1.0, from_j)
+    cosine, opposite = _opposite(bodies, table, faces, upper, scratch, plane)
+    # A rounded edge is no part of a face. Two flat faces may be warped against each other by their edge radius.
+    inset, accepted = (0.0, radius) if cosine < -FLAT else (radius, SLIGHT * radius)
+    area = _common_area(
+        table, solids.loops, lower, face, upper, opposite, placed, scratch, plane, inset, polygons, names
+    )
+    x, y, z, height = scratch[plane, 0], scratch[plane, 1], scratch[plane, 2], scratch[plane, 3]
+    nearest_corner = np.inf
+    for c in range(area):
+        gap = x * polygons[0, c, 0] + y * polygons[0, c, 1] + z * polygons[0, c, 2] - height
+        nearest_corner = min(nearest_corner, gap)
+    if nearest_corner > apart + accepted and attempt == 0:
+        scratch[LOWER_PLANE, 0], scratch[LOWER_PLANE, 1], scratch[LOWER_PLANE, 2] = sign * x, sign * y, sign * z
+        return -1
+    for c in range(area):
+        u, v, w = polygons[0, c, 0], polygons[0, c, 1], polygons[0, c, 2]
+        gap = x * u + y * v + z * w - height
+        if gap < reach:
+            half = 0.5 * gap
+            key = (names[0, c] * 64 + (face - table[lower, FACE]) % 64) * 2 + int(on_i)
+            count = _add(
+                bodies,
+                points,
+                count,
+                (i, j),
+                (table[i, BODY], table[j, BODY]),
+                key,
+                (sign * x, sign * y, sign * z),
+                (u - half * x, v - half * y, w - half * z),
+                gap,
+                rubbing,
+            )
+    return count
+
+
+@compiled
+def _where_edges_meet(
+    bodies: Array,
+    solids: Solids,
+    i: int,
+    j: int,
+    placed: Array,
+    reach: float,
+    radius: float,
+    rubbing: float,
+    axes: Array,
+    k: int,
+    points: Points,
+    count: int,
+    scratch: Array,
+) -> int:
+    """Add the points at which the edges of two solids are within reach [m]; their normal is stored as axis k.
+
+    Return -1 if the solids without their rounded edges overlap.
+    """
+    table, edges = solids.table, solids.edges
+    x, y, z, within = axes[k, 0], axes[k, 1], axes[k, 2], reach + 2.0 * radius
+    if x == 0.0 and y == 0.0 and z == 0.0:  # along an axis that may be poor, all edges are compared
+        x, y, z, within = scratch[LOWER_PLANE, 0], scratch[LOWER_PLANE, 1], scratch[LOWER_PLANE, 2], np.inf
+    _heights(table, i, j, placed, x, y, z)
+    distance, a, b = _nearest_edges(table, edges, i, j, placed, within, scratch)
+    if a < 0:
+        return count
+    gap = distance - 2.0 * radius
+    p, q, r = scratch[NEAREST, 0], scratch[NEAREST, 1], scratch[NEAREST, 2]
+    s, t, o = scratch[NEAREST, 3], scratch[NEAREST, 4], scratch[NEAREST, 5]
+    deep = distance < DEEP * radius  # so deep that only a face has a normal
+    if deep:
+        x, y, z = scratch[LOWER_PLANE, 0], scratch[LOWER_PLANE, 1], scratch[LOWER_PLANE, 2]
+    else:
+        x, y, z = (s - p) / distance, (t - q) / distance, (o - r) / distance
+        axes[k, 0], axes[k, 1], axes[k, 2] = x, y, z
+        _heights(table, i, j, placed, x, y, z)
+        if _between(table, i, j, placed) < 0.5 * distance:
+            axes[k, 0] = axes[k, 1] = axes[k, 2] = 0.0
+            return -1
+    if gap > reach:
+        return count
+    pair, on = (i, j), (table[i, BODY], table[j, BODY])
+    key = -1 - 2 * ((a - table[i, EDGE]) * NAMED + b - table[j, EDGE])
+    v, w = table[i, CORNER] + edges[a, 0], table[j, CORNER] + edges[b, 0]
+    d, e, f = _along(placed, v, table[i, CORNER] + edges[a, 1])
+    g, h, m = _along(placed, w, table[j, CORNER] + edges[b, 1])
+    square, cosine = d * d + e * e + f * f, d * g + e * h + f * m
+    if not deep and cosine * cosine > PARALLEL * square * (g * g + h * h + m * m):  # two points at the ends of a line
+        start = _share(placed, v, w, (d, e, f), square)
+        end = start + cosine / square
+        low, high = max(0.0, min(start, end)), min(1.0, max(start, end))
+        if high - low > COMMON:
+            for side in range(2):
+                share = low if side == 0 else high
+                other = (share - start) / (end - start)
+                p, q, r = placed[v, 3] + share * d, placed[v, 4] + share * e, placed[v, 5] + share * f
+                s, t, o = placed[w, 3] + other * g, placed[w, 4] + other * h, placed[w, 5] + other * m
+                gap = (x * (s - p) + y * (t - q) + z * (o - r)) - 2.0 * radius
+                if gap < reach:
+                    at = (0.5 * (p + s), 0.5 * (q + t), 0.5 * (r + o))
+                    count = _add(bodies, points, count, pair, on, key - side, (x, y, z), at, gap, rubbing)
+            return count
+    at = (0.5 * (p + s), 0.5 * (q + t), 0.5 * (r + o))
+    count = _add(bodies, points, count, pair, on, key, (x, y, z), at, gap, rubbing)
+    if deep:
+        return count
+    distance, a, b = _farthest_edges(table, edges, i, j, placed, distance, radius, (x, y, z), scratch)
+    gap = distance - 2.0 * radius
+    if a < 0 or gap > reach:
+        return count
+    p, q, r = scratch[NEAREST, 0], scratch[NEAREST, 1], scratch[NEAREST, 2]
+    s, t, o = scratch[NEAREST, 3], scratch[NEAREST, 4], scratch[NEAREST, 5]
+    normal, at = (
+        ((s - p) / distance, (t - q) / distance, (o - r) / distance),
+        (0.5 * (p + s), 0.5 * (q + t), 0.5 * (r + o)),
+    )
+    key = -1 - 2 * ((a - table[i, EDGE]) * NAMED + b - table[j, EDGE])
+    return _add(bodies, points, count, pair, on, key, normal, at, gap, rubbing)
+
+
+@compiled
+def _heights(table: Ints, i: int, j: int, placed: Array, x: float, y: float, z: float) -> None:
+    """Store the heights of the corners of two solids without rounded edges along an axis [m]."""
+    for c in range(table[i, CORNER], table[i + 1, CORNER]):
+        placed[c, HEIGHT] = x * placed[c, 3] + y * placed[c, 4] + z * placed[c, 5]
+    for c in range(table[j, CORNER], table[j + 1, CORNER]):
+        placed[c, HEIGHT] = x * placed[c, 3] + y * placed[c, 4] + z * placed[c, 5]
+
+
+@compiled
+def _between(table: Ints, i: int, j: int, placed: Array) -> float:
+    """Return the gap between the heights of two solids without rounded edges [m]."""
+    top, bottom = -np.inf, np.inf
+    for c in range(table[i, CORNER], table[i + 1, CORNER]):
+        top = max(top, placed[c, HEIGHT])
+    for c in range(table[j, CORNER], table[j + 1, CORNER]):
+        bottom = min(bottom, placed[c, HEIGHT])
+    return bottom - top
+
+
+@compiled
+def _along(placed: Array, v: int, w: int) -> tuple[float, float, float]:
+    """Return the edge between two corners without rounded edges [m]."""
+    return placed[w, 3] - placed[v, 3], placed[w, 4] - placed[v, 4], placed[w, 5] - placed[v, 5]
+
+
+@compiled
+def _share(placed: Array, v: int, w: int, edge: tuple[float, float, float], square: float) -> float:
+    """Return where corner w lies along an edge that starts at corner v, as a share of its length."""
+    x, y, z = _along(placed, v, w)
+    return (x * edge[0] + y * edge[1] + z * edge[2]) / square
+
+
+@compiled
+def _nearest_edges(
+    table: Ints, edges: Ints, i: int, j: int, placed: Array, reach: float, scratch: Array
+) -> tuple[float, int, int]:
+    """Return the distance of the nearest edges of two solids without rounded edges [m], and these.
+
+    Their nearest points are in the scratch space. Edges whose heights differ by more than `reach` [m] are left out; the
+    edges are -1 if all are.
+    """
+    least, shortest, first, second = np.inf, np.inf, -1, -1
+    for a in range(table[i, EDGE], table[i + 1, EDGE]):
+        v, w = table[i, CORNER] + edges[a, 0], table[i, CORNER] + edges[a, 1]
+        top = max(placed[v, HEIGHT], placed[w, HEIGHT])
+        for b in range(table[j, EDGE], table[j + 1, EDGE]):
+            p, q = table[j, CORNER] + edges[b, 0], table[j, CORNER] + edges[b, 1]
+            if min(placed[p, HEIGHT], placed[q, HEIGHT]) - top > reach:
+                continue
+            square, parallel = _apart(placed, v, w, p, q, scratch)
+            preferred = FAVOURED * square if parallel else square  # parallel edges touch others at their ends, too
+            if preferred < least:
+                least, shortest, first, second = preferred, square, a, b
+                reach = min(reach, sqrt(square))
+                for k in range(6):
+                    scratch[NEAREST, k] = scratch[CANDIDATE, k]
+    return sqrt(shortest), first, second
+
+
+@compiled
+def _farthest_edges(
+    table: Ints,
+    edges: Ints,
+    i: int,
+    j: int,
+    placed: Array,
+    distance: float,
+    radius: float,
+    normal: tuple[float, float, float],
+    scratch: Array,
+) -> tuple[float, int, int]:
+    """Return the distance of two other edges that touch together with the nearest ones [m], and these.
+
+    An edge that lies almost in a face crosses two edges of the face. Both crossings support it, so a second point is
+    taken as far from the first as possible. The edges are -1 if there are none. Their nearest points replace those of
+    the nearest edges, along whose normal the heights of the corners are given.
+    """
+    slack = WARPED * radius
+    most, farthest = distance + slack, (2.0 * radius) ** 2
+    x, y, z = scratch[NEAREST, 0], scratch[NEAREST, 1], scratch[NEAREST, 2]
+    shortest, first, second = np.inf, -1, -1
+    for a in range(table[i, EDGE], table[i + 1, EDGE]):
+        v, w = table[i, CORNER] + edges[a, 0], table[i, CORNER] + edges[a, 1]
+        top = max(placed[v, HEIGHT], placed[w, HEIGHT])
+        for b in range(table[j, EDGE], table[j + 1, EDGE]):
+            p, q = table[j, CORNER] + edges[b, 0], table[j, CORNER] + edges[b, 1]
+            if min(placed[p, HEIGHT], placed[q, HEIGHT]) - top > most:
+                continue
+            square, parallel = _apart(placed, v, w, p, q, scratch)
+            apart = sqrt(square)
+            from_first = (scratch[CANDIDATE, 0] - x) ** 2
+            from_first += (scratch[CANDIDATE, 1] - y) ** 2 + (scratch[CANDIDATE, 2] - z) ** 2
+            if parallel or apart > most or from_first <= farthest:
+                continue
+            d = (scratch[CANDIDATE, 3] - scratch[CANDIDATE, 0]) / apart
+            e = (scratch[CANDIDATE, 4] - scratch[CANDIDATE, 1]) / apart
+            f = (scratch[CANDIDATE, 5] - scratch[CANDIDATE, 2]) / apart
+            if d * normal[0] + e * normal[1] + f * normal[2] < ALIKE:
+                continue
+            highest, lowest = -np.inf, np.inf
+            for c in range(table[i, CORNER], table[i + 1, CORNER]):
+                highest = max(highest, d * placed[c, 3] + e * placed[c, 4] + f * placed[c, 5])
+            for c in range(table[j, CORNER], table[j + 1, CORNER]):
+                lowest = min(lowest, d * placed[c, 3] + e * placed[c, 4] + f * placed[c, 5])
+            if lowest - highest >= apart - slack:
+                farthest, shortest, first, second = from_first, apart, a, b
+                for k in range(6):
+                    scratch[NEAREST, k] = scratch[CANDIDATE, k]
+    return shortest, first, second
+
+
+@compiled
+def _apart(placed: Array, v: int, w: int, p: int, q: int, scratch: Array) -> tuple[float, bool]:
+    """Return the squared distance of two edges by their corners [m2], and whether they are parallel.
+
+    Their nearest points are in the scratch space (Ericson, "Real-Time Collision Detection", 5.1.9).
+    """
+    dx, dy, dz = _along(placed, v, w)
+    ex, ey, ez = _along(placed, p, q)
+    rx, ry, rz = _along(placed, p, v)
+    dd, ee, de = dx * dx + dy * dy + dz * dz, ex * ex + ey * ey + ez * ez, dx * ex + dy * ey + dz * ez
+    dr, er = dx * rx + dy * ry + dz * rz, ex * rx + ey * ry + ez * rz
+    flat = dd * ee - de * de
+    s = min(1.0, max(0.0, (de * er - dr * ee) / flat)) if flat > 1e-12 * dd * ee else 0.0
+    t = (de * s + er) / ee
+    if t < 0.0:
+        s, t = min(1.0, max(0.0, -dr / dd)), 0.0
+    elif t > 1.0:
+        s, t = min(1.0, max(0.0, (de - dr) / dd)), 1.0
+    a, b, c = placed[v, 3] + s * dx, placed[v, 4] + s * dy, placed[v, 5] + s * dz
+    d, e, f = placed[p, 3] + t * ex, placed[p, 4] + t * ey, placed[p, 5] + t * ez
+    scratch[CANDIDATE, 0], scratch[CANDIDATE, 1], scratch[CANDIDATE, 2] = a, b, c
+    scratch[CANDIDATE, 3], scratch[CANDIDATE, 4], scratch[CANDIDATE, 5] = d, e, f
+    return (a - d) ** 2 + (b - e) ** 2 + (c - f) ** 2, de * de > PARALLEL * dd * ee
+
+
+@compiled
+def carry_over(points: Points, count: int, before: Points, earlier: int) -> None:
+    """Start the points that were there in the last step with their impulses."""
+    index, index_before, rows, rows_before = points.ids, before.ids, points.row, before.row
+    start = 0
+    for c in range(count):
+        i, j = index[c, FIRST], index[c, SECOND]
+        while start < earlier and _comes_before(index_before[start, FIRST], index_before[start, SECOND], i, j):
+            start += 1
+        k = start
+        while k < earlier and index_before[k, FIRST] == i and index_before[k, SECOND] == j:
+            if index_before[k, KEY] == index[c, KEY]:
+                r, s = rows[c], rows_before[k]
+                x = s[RUBS] * s[3] + s[RUBS_ACROSS] * s[6]
+                y = s[RUBS] * s[4] + s[RUBS_ACROSS] * s[7]
+                z = s[RUBS] * s[5] + s[RUBS_ACROSS] * s[8]
+                r[PRESSES] = s[PRESSES]
+                r[RUBS] = x * r[3] + y * r[4] + z * r[5]
+                r[RUBS_ACROSS] = x * r[6] + y * r[7] + z * r[8]
+                break
+            k += 1
+
+
+@compiled
+def _comes_before(a: int, b: int, i: int, j: int) -> bool:
+    """Compare two pairs in the order of `contacts`: half-spaces by solid and number, then solids."""
+    if a < 0 and i < 0:
+        return b < j or (b == j and a > i)
+    if a < 0 or i < 0:
+        return a < 0
+    return a < i or (a == i and b < j)
+
+
+# Velocities and positions after a time step: Gauss-Seidel over the contact points with exact friction cones.
+#
+# A time step is split into sub-steps of a quarter of a millisecond, each with a few sweeps that start from the impulses
+# of the last sub-step (Macklin et al., "Small steps in physics simulation", SCA 2019). An open gap may close within a
+# sub-step and no more. An overlap is removed at a limited speed, which a last sweep takes out of the velocities again,
+# so that it adds no energy (Catto, "Solver2D", 2024).
+
+
+# An overlap acts as a damped spring of a quarter of the frequency of the sub-steps, with ten times critical damping.
+PHASE, DAMPING = 0.5 * pi, 10.0
+RATE = PHASE / (2.0 * DAMPING + PHASE)  # share of an overlap that a sub-step removes
+SOFT = PHASE * (2.0 * DAMPING + PHASE) / (1.0 + PHASE * (2.0 * DAMPING + PHASE))
+HITS = 20.0  # times the accuracy: least change of a closing speed in a hit
+STRAIGHT = 1e-4  # [rad] below which sine and cosine are those of their series
+
+
+@compiled
+def advance(
+    bodies: Array,
+    points: Points,
+    count: int,
+    timing: tuple[float, int, int, int],
+    accuracy: float,
+    recovery: float,
+    gravity_W: Array,
+) -> None:
+    """Advance all bodies by a time step [s] in sub-steps.
+
+    Each has the given number of sweeps. After a hit there are more, until a sweep changes closing speeds by at most
+    `accuracy` [m/s]. The points keep the impulses of the last sub-step. `recovery` is the speed at which overlaps are
+    removed [m/s].
+    """
+    duration, parts, sweeps, most_sweeps = timing
+    h, moving, row = duration / parts, len(bodies) - 1, points.row
+    index = points.ids
+    struck, before = np.zeros(moving + 1, np.int64), np.empty((moving, 6))
+    for part in range(parts):
+        for i in range(moving):
+            struck[i] = 0
+            for k in range(6):
+                before[i, k] = bodies[i, MOTION + k]
+            if bodies[i, INVERSE_MASS] > 0.0:
+                for k in range(3):
+                    bodies[i, MOTION + k] += h * (gravity_W[k] + bodies[i, INVERSE_MASS] * bodies[i, FORCE + k])
+                _spin_on(bodies, i, h)
+                if bodies[i, GUIDE] == CARRIED:
+                    for k in range(3):
+                        bodies[i, MOTION + k], bodies[i, SPIN + k] = bodies[i, GUIDE + 1 + k], 0.0
+        _follow_guides(bodies)
+        if count > 0:
+            _prepare(bodies, index, row, count)
+            for c in range(count):
+                row[c, EARLIER] = row[c, PRESSES]
+                if row[c, PRESSES] > 0.0:
+                    pressing, along, across = row[c, PRESSES], row[c, RUBS], row[c, RUBS_ACROSS]
+                    _push(bodies, index[c, ON_BODY], index[c, ON_OTHER], row, c, pressing, along, across)
+            _follow_guides(bodies)
+            largest = 0.0
+            for k in range(most_sweeps):
+                change = _sweep(bodies, index, row, count, h, recovery, (k + part) % 2 == 1)
+                _follow_guides(bodies)
+                largest = max(largest, change)
+                if k + 1 >= sweeps and (change <= accuracy or largest <= HITS * accuracy):
+                    break
+            for c in range(count):
+                if row[c, PRESSES] - row[c, EARLIER] > HITS * accuracy * row[c, MASS]:
+                    struck[index[c, ON_BODY]] = struck[index[c, ON_OTHER]] = 1
+        for i in range(moving):
+            # Bodies move by their mean velocity, which is exact in falls and slides, and after a hit by the new one.
+            share = 0.0 if struck[i] == 1 or bodies[i, GUIDE] > 0.0 else 0.5
+            for k in range(6):
+                before[i, k] = bodies[i, MOTION + k] + share * (before[i, k] - bodies[i, MOTION + k])
+            for k in range(3):
+                bodies[i, POSITION + k] += h * before[i, k]
+            _turn(bodies, i, before, h)
+            place_axes(bodies, i)
+        if count > 0:
+            _sweep(bodies, index, row, count, h, 0.0, part % 2 == 0)
+            _follow_guides(bodies)
+
+
+@compiled
+def place_axes(bodies: Array, i: int) -> None:
+    """Compute the rotation matrix of a body and its response to torques from its quaternion."""
+    x, y, z, w = bodies[i, TURN], bodies[i, TURN + 1], bodies[i, TURN + 2], bodies[i, TURN + 3]
+    r, a = bodies[i, AXES:INVERSE_MASS], bodies[i, RESPONSE:FORCE]
+    r[0], r[1], r[2] = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)
+    r[3], r[4], r[5] = 2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)
+    r[6], r[7], r[8] = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)
+    p, q, s = bodies[i, INVERSE_MOMENTS], bodies[i, INVERSE_MOMENTS + 1], bodies[i, INVERSE_MOMENTS + 2]
+    a[0] = r[0] * r[0] * p + r[1] * r[1] * q + r[2] * r[2] * s
+    a[1] = r[0] * r[3] * p + r[1] * r[4] * q + r[2] * r[5] * s
+    a[2] = r[0] * r[6] * p + r[1] * r[7] * q + r[2] * r[8] * s
+    a[3] = r[3] * r[3] * p + r[4] * r[4] * q + r[5] * r[5] * s
+    a[4] = r[3] * r[6] * p + r[4] * r[7] * q + r[5] * r[8] * s
+    a[5] = r[6] * r[6] * p + r[7] * r[7] * q + r[8] * r[8] * s
+
+
+@compiled
+def _follow_guides(bodies: Array) -> None:
+    """Give slid bodies their prescribed velocities, except along their free axes, and no spin about these axes."""
+    for i in range(len(bodies) - 1):
+        if bodies[i, GUIDE] == SLID:
+            m, g = bodies[i, MOTION:AXES], bodies[i, GUIDE:]
+            x, y, z = g[4], g[5], g[6]
+            along = (m[0] - g[1]) * x + (m[1] - g[2]) * y + (m[2] - g[3]) * z
+            about = m[3] * x + m[4] * y + m[5] * z
+            for k in range(3):
+                m[k] = g[1 + k] + along * g[4 + k]
+                m[3 + k] -= about * g[4 + k]
+
+
+@compiled
+def _spin_on(bodies: Array, i: int, h: float) -> None:
+    """Change a spin by the torque from outside, and by Euler's equations with the implicit midpoint rule."""
+    r, w = bodies[i, AXES:INVERSE_MASS], bodies[i, SPIN:AXES]
+    a, t = bodies[i, RESPONSE:FORCE], bodies[i, TORQUE:REACH]
+    x = w[0] + h * (a[0] * t[0] + a[1] * t[1] + a[2] * t[2])
+    y = w[1] + h * (a[1] * t[0] + a[3] * t[1] + a[4] * t[2])
+    z = w[2] + h * (a[2] * t[0] + a[4] * t[1] + a[5] * t[2])
+    m, n = 1.0 / bodies[i, INVERSE_MOMENTS], 1.0 / bodies[i, INVERSE_MOMENTS + 1]
+    o = 1.0 / bodies[i, INVERSE_MOMENTS + 2]
+    u0, v0, w0 = r[0] * x + r[3] * y + r[6] * z, r[1] * x + r[4] * y + r[7] * z, r[2] * x + r[5] * y + r[8] * z
+    u, v, s = u0, v0, w0
+    for _ in range(3):
+        um, vm, sm = 0.5 * (u + u0), 0.5 * (v + v0), 0.5 * (s + w0)
+        u = u0 + h * (n - o) / m * vm * sm
+        v = v0 + h * (o - m) / n * sm * um
+        s = w0 + h * (m - n) / o * um * vm
+    w[0], w[1], w[2] = r[0] * u + r[1] * v + r[2] * s, r[3] * u + r[4] * v + r[5] * s, r[6] * u + r[7] * v + r[8] * s
+
+
+@compiled
+def _turn(bodies: Array, i: int, motion: Array, h: float) -> None:
+    """Rotate a body by its mean spin for a time [s]."""
+    q = bodies[i, TURN:MOTION]
+    a, b, c = 0.5 * h * motion[i, 3], 0.5 * h * motion[i, 4], 0.5 * h * motion[i, 5]
+    angle = sqrt(a * a + b * b + c * c)
+    if angle < STRAIGHT:
+        sine, cosine = 1.0 - angle * angle / 6.0, 1.0 - angle * angle / 2.0
+    else:
+        sine, cosine = sin(angle) / angle, cos(angle)
+    a, b, c = sine * a, sine * b, sine * c
+    x, y, z, w = q[0], q[1], q[2], q[3]
+    q[0] = cosine * x + a * w + b * z - c * y
+    q[1] = cosine * y + b * w + c * x - a * z
+    q[2] = cosine * z + c * w + a * y - b * x
+    q[3] = cosine * w - a * x - b * y - c * z
+    length = 1.0 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    for k in range(4):
+        q[k] *= length
+
+
+@compiled
+def _prepare(bodies: Array, index: Ints, row: Array, count: int) -> None:
+    """Compute arms, gaps, effective masses and responses of all points at the current poses."""
+    for c in range(count):
+        gap = row[c, OFFSET]
+        normal = along = across = drags = drags_across = 0.0
+        for side in range(2):
+            i, on, arm, turns = index[c, ON_BODY + side], 9 + 3 * side, 22 + 3 * side, 32 + 9 * side
+            sign = 2.0 * side - 1.0
+            u, v, w = row[c, on], row[c, on + 1], row[c, on + 2]
+            x = bodies[i, AXES] * u + bodies[i, AXES + 1] * v + bodies[i, AXES + 2] * w
+            y = bodies[i, AXES + 3] * u + bodies[i, AXES + 4] * v + bodies[i, AXES + 5] * w
+            z = bodies[i, AXES + 6] * u + bodies[i, AXES + 7] * v + bodies[i, AXES + 8] * w
+            row[c, arm], row[c, arm + 1], row[c, arm + 2] = x, y, z
+            p, q, r = x + bodies[i, POSITION], y + bodies[i, POSITION + 1], z + bodies[i, POSITION + 2]
+            gap += sign * (row[c, 0] * p + row[c, 1] * q + row[c, 2] * r)
+            m = bodies[i, INVERSE_MASS]
+            if m == 0.0:
+                for column in range(turns, turns + 9):
+                    row[c, column] = 0.0
+                continue
+            for axis in range(0, 9, 3):
+                a, b, d, to = row[c, axis], row[c, axis + 1], row[c, axis + 2], turns + axis
+                t, u, v = y * d - z * b, z * a - x * d, x * b - y * a
+                p = bodies[i, RESPONSE] * t + bodies[i, RESPONSE + 1] * u + bodies[i, RESPONSE + 2] * v
+                q = bodies[i, RESPONSE + 1] * t + bodies[i, RESPONSE + 3] * u + bodies[i, RESPONSE + 4] * v
+                r = bodies[i, RESPONSE + 2] * t + bodies[i, RESPONSE + 4] * u + bodies[i, RESPONSE + 5] * v
+                row[c, to], row[c, to + 1], row[c, to + 2] = p, q, r
+                along_axis = m + t * p + u * q + v * r
+                coupled = t * row[c, turns] + u * row[c, turns + 1] + v * row[c, turns + 2]
+                if axis == NORMAL:
+                    normal += along_axis
+                elif axis == ALONG:
+                    along, drags = along + along_axis, drags + coupled
+                else:
+                    across, drags_across = across + along_axis, drags_across + coupled
+        row[c, GAP], row[c, MASS], row[c, MASS_ACROSS] = gap, 1.0 / normal, 1.0 / max(along, across)
+        row[c, DRAGS], row[c, DRAGS_ACROSS] = drags, drags_across
+        # A hand may press with any force, which must not push a body into the ground.
+        carried = bodies[index[c, ON_BODY], GUIDE] == CARRIED or bodies[index[c, ON_OTHER], GUIDE] == CARRIED
+        row[c, SOFTNESS] = 1.0 if carried else SOFT
+
+
+@compiled
+def _push(
+    bodies: Array, first: int, second: int, row: Array, c: int, pressing: float, along: float, across: float
+) -> None:
+    """Apply an impulse at a point to the second body, and its opposite to the first."""
+    for k in range(3):
+        push = (pressing * row[c, k] + along * row[c, 3 + k]) + across * row[c, 6 + k]
+        bodies[first, MOTION + k] -= bodies[first, INVERSE_MASS] * push
+        bodies[second, MOTION + k] += bodies[second, INVERSE_MASS] * push
+        bodies[first, SPIN + k] -= (pressing * row[c, 32 + k] + along * row[c, 35 + k]) + across * row[c, 38 + k]
+        bodies[second, SPIN + k] += (pressing * row[c, 41 + k] + along * row[c, 44 + k]) + across * row[c, 47 + k]
+
+
+@compiled
+def _sweep(bodies: Array, index: Ints, row: Array, count: int, h: float, recovery: float, backwards: bool) -> float:
+    """Solve Signorini's and Coulomb's laws at one point after the other.
+
+    Return the largest change of a closing speed [m/s].
+    """
+    rate, change = 1.0 / h, 0.0
+    for k in range(count):
+        c = count - 1 - k if backwards else k
+        i, j = index[c, ON_BODY], index[c, ON_OTHER]
+        x, y, z, a, b, d = row[c, 25], row[c, 26], row[c, 27], row[c, 22], row[c, 23], row[c, 24]
+        v, w = bodies[i, MOTION:AXES], bodies[j, MOTION:AXES]
+        p = (w[0] - v[0]) + ((w[4] * z - w[5] * y) - (v[4] * d - v[5] * b))
+        q = (w[1] - v[1]) + ((w[5] * x - w[3] * z) - (v[5] * a - v[3] * d))
+        r = (w[2] - v[2]) + ((w[3] * y - w[4] * x) - (v[3] * b - v[4] * a))
+        before, gap = row[c, PRESSES], row[c, GAP]
+        opening = (p * row[c, 0] + q * row[c, 1]) + r * row[c, 2]
+        if gap > 0.0:
+            pressing = before - row[c, MASS] * (opening + gap * rate)
+        elif recovery > 0.0:
+            soft = row[c, SOFTNESS]
+            pressing = soft * before - soft * row[c, MASS] * (opening + max(RATE * gap * rate, -recovery))
+        else:
+            pressing = before - row[c, MASS] * opening
+        if pressing <= 0.0:
+            if before == 0.0:
+                continue
+            pressing = 0.0
+        more, rubs, rubs_across = pressing - before, row[c, RUBS], row[c, RUBS_ACROSS]
+        along = rubs - row[c, MASS_ACROSS] * ((p * row[c, 3] + q * row[c, 4]) + (r * row[c, 5] + more * row[c, DRAGS]))
+        across = rubs_across - row[c, MASS_ACROSS] * (
+            (p * row[c, 6] + q * row[c, 7]) + (r * row[c, 8] + more * row[c, DRAGS_ACROSS])
+        )
+        size, most = along * along + across * across, row[c, FRICTION] * pressing
+        if size > most * most:
+            share = most / sqrt(size)
+            along, across = share * along, share * across
+        row[c, PRESSES], row[c, RUBS], row[c, RUBS_ACROSS] = pressing, along, across
+        _push(bodies, i, j, row, c, more, along - rubs, across - rubs_across)
+        change = max(change, abs(more) / row[c, MASS])
+    return change
