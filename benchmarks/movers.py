@@ -101,20 +101,20 @@ def _exact_with(name: str, settings: Any) -> System:  # noqa: ANN401 -- of any e
 ENGINES: Final = Path(__file__).parent.parent / "stability" / "engines"
 REPAIRS: Final = {"edge_normals.py", "contacts.py"}
 MOVERS: Final[Mapping[str, System]] = {
-    "exact": _exact_with("exact", MOVING),
+    "pybullet": PEERS["pybullet-exact"],
     "unrepaired": _exact_with("unrepaired", replace(MOVING, fresh_edges=False, edge_rounding=0.0, sliding_cones=False)),
     "bare": _exact_with("bare", BARE),
     "cone": _exact_with("cone", replace(BARE, maximal_coordinates=False, edge_rounding=MOVING.edge_rounding)),
     "mujoco": PEERS["mujoco-exact"],
-    "rigid": PEERS["rigid-exact"],
+    "rigid": SYSTEMS["exact"],
 }
 TOLD: Final = {
-    "exact": "`exact` on PyBullet, as it is",
+    "pybullet": "`pybullet-exact`, with all repairs",
     "unrepaired": "PyBullet, fine steps after hits, sharp boxes, no repairs of normals and friction",
     "bare": "PyBullet, sharp boxes, no repairs, no fine steps",
     "cone": "PyBullet, rounded boxes, its multibody solver with friction cones, no repairs",
     "mujoco": "MuJoCo with elliptic cones",
-    "rigid": "`rigid`, the engine of this project",
+    "rigid": "`exact`, with the engine of this project",
 }
 CONVERGED: Final[Mapping[str, System]] = {
     "rigid": System("fine rigid", "", replace(RIGID, time_step=0.25e-3, parts=16, sweeps=8), None),
@@ -662,7 +662,7 @@ def lines_of(name: str) -> int:
     """Return the lines of code that an engine needs of its own; friction cones of PyBullet stay in `stepping.py`."""
     room = name if name in {"mujoco", "rigid"} else "pybullet"
     files = [*(ENGINES / room).glob("*.py"), *([ENGINES / "edge_normals.py"] if room == "pybullet" else [])]
-    needed = [file for file in files if name == "exact" or file.name not in REPAIRS]
+    needed = [file for file in files if name == "pybullet" or file.name not in REPAIRS]
     return sum(code_lines(file.read_text(encoding="utf-8")) for file in needed)
 
 

@@ -15,7 +15,7 @@ REASONS = {"pybullet": REASON, "mujoco": "mujoco is in the extra mujoco", "numba
 # Systems of packages that are installed beside this one, as plugins/stackdsl-sapien is, are held to the same tests.
 FOREIGN: list[System] = [system for system in map(system_named, foreign_names()) if system.engine.package.installed]
 PEERS = ["mujoco", *(system.name for system in FOREIGN if system.method is None)]  # bare engines
-WITH_RIGID = [*PEERS, pytest.param("rigid", marks=pytest.mark.slow)]  # it takes half a minute to compile
+WITH_RIGID = [*PEERS, "rigid"]
 THESIS_PEERS = ["mujoco-thesis", *(system.name for system in FOREIGN if system.method is Method.PUBLISHED)]
 # For tests that would not reach for it themselves, but for a command that says so.
 needs_pybullet = pytest.mark.skipif(not HAS_PYBULLET, reason=REASON)

@@ -32,7 +32,7 @@ def test_a_lock_has_no_address(lock: Path) -> None:
 
 def test_running_installs_nothing_that_only_tests_and_style_need() -> None:
     running = set(NAMES.findall(read(ROOT / "requirements.lock")))
-    assert running & {"pytest", "numba", "mypy", "ruff", "selenium", "hypothesis", "trimesh", "sphinx"} == set()
+    assert running & {"pytest", "mypy", "ruff", "selenium", "hypothesis", "trimesh", "sphinx"} == set()
     assert {"numpy", "pydantic", "rich"} <= running
 
 

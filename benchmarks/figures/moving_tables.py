@@ -12,7 +12,7 @@ _SLIPS = (
     "slope, tuned, step x 1",
 )
 _HITS = tuple(f"level {level}, {speed} m per s" for level, speed in product((3, 13), (1, 2, 4)))
-_MOVERS = ("exact", "unrepaired", "bare", "cone", "mujoco", "rigid")
+_MOVERS = ("pybullet", "unrepaired", "bare", "cone", "mujoco", "rigid")
 
 MOVING_TABLES: Mapping[str, Table] = {
     "rigid-engine": Table(
@@ -76,7 +76,7 @@ MOVING_TABLES: Mapping[str, Table] = {
             Column("shift of the hit plank, m", "{row}"),
             Column("impact law", "{reference:sig3}"),
             *(Column(f"`{name}` at small steps", f"{{fine_{name}:sig3}}") for name in ("rigid", "mujoco")),
-            *(Column(f"`{name}`", f"{{{name}_value:sig3}}") for name in ("exact", "rigid", "mujoco")),
+            *(Column(f"`{name}`", f"{{{name}_value:sig3}}") for name in ("pybullet", "rigid", "mujoco")),
         ),
         (
             *(f"hits onto long sides: level {hit} m/s" for hit in ("3, 1", "3, 2", "3, 4", "13, 1", "13, 2.5")),

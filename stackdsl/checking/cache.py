@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 PACKAGES: Final = ("stability", "stackdsl")
-LIBRARIES: Final = ("clarabel", "mujoco", "numpy", "pint", "pybullet", "pydantic", "pyyaml", "scipy")
+LIBRARIES: Final = ("clarabel", "mujoco", "numba", "numpy", "pint", "pybullet", "pydantic", "pyyaml", "scipy")
 ARITHMETIC: Final = ("clarabel", "numpy", "scipy")  # libraries that affect every number
 SUFFIXES: Final = (".py", ".json", ".yaml")  # of the files of the packages that affect results
 SETTINGS: Final = ("OPENBLAS_CORETYPE",)  # environment variables that may change a last digit

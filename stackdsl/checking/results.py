@@ -153,6 +153,7 @@ def judged(case: Case, trace: Trace) -> VariantResult:
     outcomes = judge(trace, case.scenario, case.variant, case.source, case.system)
     xfail = case.scenario.xfail
     marked = xfail is not None and xfail.is_of(case.system)
+    engine = system_named(case.system).engine
     return VariantResult(
         xfail=xfail.reason if xfail is not None and marked else None,
         strict=xfail is not None and marked and xfail.strict,
@@ -173,7 +174,7 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         early_end=EarlyEndSummary.by(trace.early_end),
         warnings=(*case.source.warnings, *warnings_about(outcomes, trace)),
         drift=trace.drift,
-        engine=system_named(case.system).engine.package.name if trace.cost.steps else "",
+        engine=engine.name or engine.package.name if trace.cost.steps else "",
         modified=system_named(case.system).modification.summary,
         cost=trace.cost,
         outcomes=outcomes,

@@ -13,6 +13,7 @@ from typing import Final, TypedDict, TypeVar, Unpack
 
 import click
 
+from stability.engines.rigid.preparation import is_compiled
 from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import SUFFIXES, CaseSurvey, ChangedMeanwhileError, Listed, survey
 from stackdsl.checking.check import TIME_LIMIT, CheckConfig, check, failed, is_whole_set, recall
@@ -287,6 +288,10 @@ def _checked(
     found: CaseSurvey, selected: Sequence[Listed], whole: bool, terms: CheckConfig, every_case: bool
 ) -> Report:
     recalled = recall(selected, terms)
+    if len(recalled) < len(selected) and any(case.system == "exact" for case in selected) and not is_compiled():
+        from stability.engines.rigid.world import compile_engine  # noqa: PLC0415 -- the compiler takes a while to import
+
+        compile_engine()  # else each worker would
     try:
         with progress(len(selected) - len(recalled), every_case) as bar:
             shown = replace(terms, on_wait=bar.wait, on_drawn=bar.drawn, on_result=bar.tell)

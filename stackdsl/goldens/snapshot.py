@@ -555,15 +555,15 @@ def _object(holder: Mapping[str, object], key: str) -> Mapping[str, object]:
 
 
 STAMPED = ("stackdsl",)  # distributions, besides the engine, whose versions may change a snapshot
-ENGINES = ("mujoco", "pybullet")  # names of distributions and modules
+ENGINES = ("mujoco", "numba", "pybullet")  # distributions; numba compiles the engine of this project
 
 
 def current_stamp(engine: str, steps: int) -> dict[str, str]:
     """Return the versions for the snapshot of a run in which an engine took `steps` steps.
 
-    A run without steps was decided by statics, so no engine is named, except PyBullet, which older files name.
+    A run without steps was decided by statics, so no engine is named.
     """
-    named = (*STAMPED, engine) if steps or engine == "pybullet" else STAMPED
+    named = (*STAMPED, engine) if steps else STAMPED
     return {"python": f"{sys.version_info.major}.{sys.version_info.minor}"} | {
         name: found for name in named if (found := _version(name))
     }

@@ -56,7 +56,7 @@ from stackdsl.wording import energy_fault, how_many, significant, touching_text
 
 
 NOTHING = "-"
-USUAL_ENGINE = "pybullet"  # needs no column
+USUAL_ENGINES = ("", "pybullet", "rigid")  # need no column
 TWO_KINDS = "split the scenario in two, or add `strict: false`"
 LEFT = ("scenario", "variant", "verdict", "engine", "truth", "golden")  # columns of words; numbers stand to the right
 DISPENSABLE = (
@@ -349,7 +349,7 @@ def _row(report: Report, result: VariantResult) -> Row:
         "scenario": result.scenario,
         "variant": result.variant,
         "verdict": result.verdict if result.status is RunStatus.DONE else result.status.value,
-        "engine": result.engine if result.engine not in ("", USUAL_ENGINE) else NOTHING,
+        "engine": result.engine if result.engine not in USUAL_ENGINES else NOTHING,
         "level": str(result.collapse.level) if result.collapse else NOTHING,
         "drift mm": significant(1000.0 * result.drift) if result.is_one_run else NOTHING,
         "still moving": str(len(result.moving)) if result.moving else NOTHING,

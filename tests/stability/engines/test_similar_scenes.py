@@ -6,6 +6,7 @@ from math import sqrt
 
 import pytest
 
+from stability.engines.protocol import EngineSettings
 from stability.engines.pybullet import PyBulletWorld
 from stability.engines.pybullet.settings import PyBulletSettings
 from stability.geometry.box import Box
@@ -21,12 +22,10 @@ FRICTION = 0.5
 FLAT_ON: Quaternion = (0.0, sqrt(0.5), 0.0, sqrt(0.5))  # about y
 
 
-def settings_of(system: str, length: float = KAPLA, gravity: float = EARTH) -> PyBulletSettings:
+def settings_of(system: str, length: float = KAPLA, gravity: float = EARTH) -> EngineSettings:
     """Of a scene with one plank of a length [m]."""
     scene = f"brick: {brick(length)}\nworld: {{gravity: {gravity} m/s2}}"
-    settings = settings_for(timeline_of("- column: {levels: 1}", scene), SYSTEMS[system])
-    assert isinstance(settings, PyBulletSettings)
-    return settings
+    return settings_for(timeline_of("- column: {levels: 1}", scene), SYSTEMS[system])
 
 
 def brick(length: float) -> str:
@@ -36,7 +35,9 @@ def brick(length: float) -> str:
 
 @contextmanager
 def world(length: float, gravity: float) -> Iterator[PyBulletWorld]:
-    opened = PyBulletWorld.opened(settings_of("tuned", length, gravity), gravity, FRICTION, heaviest=0.012)
+    settings = settings_of("tuned", length, gravity)
+    assert isinstance(settings, PyBulletSettings)
+    opened = PyBulletWorld.opened(settings, gravity, FRICTION, heaviest=0.012)
     try:
         opened.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION))
         yield opened

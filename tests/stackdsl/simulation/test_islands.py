@@ -104,7 +104,7 @@ def test_two_that_pass_each_other_are_one_part_and_fall_on_as_before(met: list[s
     flies = let_go("flies", (3.6, 0.2, 1.1), CUBE, FLAT, (-10.0, 0.0, 0.0))
     recorder = Seen(until=0.42)
     trace = play(over([drops, flies], hold=0.44), EXACT, recorder=recorder)
-    assert met == ["drops meets flies"]
+    assert met == ["flies meets drops"]
     for each in (drops, flies):
         height = each.pose.position_W[2] - 0.5 * GRAVITY * (recorder.time - each.time) ** 2
         assert recorder.last[each.brick.id].pose.position_W[2] == pytest.approx(height, abs=2e-3)
