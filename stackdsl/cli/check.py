@@ -37,7 +37,7 @@ from stackdsl.cli.options import (
 from stackdsl.cli.terminal import progress, tell
 from stackdsl.disk import leads_outside, true_folder
 from stackdsl.exits import ExitCode
-from stackdsl.goldens.golden import GoldenWriteRefusedError, PendingStore, is_ci, refuse_in_ci
+from stackdsl.goldens.golden import GoldenWriteRefusedError, PendingStore, is_ci, kept_by_python, refuse_in_ci
 from stackdsl.language.yaml.includes import root_of
 from stackdsl.language.yaml.source import MAX_BYTES
 from stackdsl.project_file import Project, ProjectError, confined, project_of
@@ -51,6 +51,7 @@ from stackdsl.user_files import read_user_file
 
 Command = TypeVar("Command", bound=Callable[..., object])
 
+RUN_PYTEST: Final = "run pytest, whose tests in Python keep the golden files, or create a scenario with `stackdsl new`"
 _SHARD: Final = re.compile(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})")
 
 
@@ -257,6 +258,8 @@ def check_command(context: click.Context, **asked: Unpack[CheckOptions]) -> None
     golden, state = goldens_and_state(project, asked["golden"])
     memory = ResultCache(state, asked["cache"])
     found = survey(paths, memory)
+    if not asked["paths"] and not project.scenarios.exists() and kept_by_python(golden):
+        found = replace(found, diagnostics=tuple(replace(each, hint=RUN_PYTEST) for each in found.diagnostics))
     scenarios = project.scenarios if project.root is not None else None
     terms = _terms(asked, golden, scenarios, memory, found)
     selection = _selection(asked, places, memory)

@@ -3,8 +3,7 @@
 import os
 import shlex
 import sys
-from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,10 +28,8 @@ from stackdsl.goldens.golden import (
     Pending,
     PendingStore,
     StaleError,
-    content_of,
     is_lost,
-    is_there,
-    keeper_in,
+    kept_by_python,
     obsolete,
     refuse_in_ci,
     remove_obsolete,
@@ -158,8 +155,9 @@ def status(context: click.Context, keyword: str) -> None:
     for each in pending:
         told = visible(why_not(each, place.waiting)) if each.golden in gone else _summary(each, place)
         write(f"{visible(each.status)}: {_named(each)}: {told}")
-    after = "golden review shows them" if pending else "check compares with the golden files"
-    write(f"{len(pending)} pending; stackdsl {after}")
+    only_python = not place.scenarios.exists() and bool(kept_by_python(place.golden))
+    compares = f"{'pytest' if only_python else 'stackdsl check'} compares with the golden files"
+    write(f"{len(pending)} pending; {'stackdsl golden review shows them' if pending else compares}")
     context.exit(ExitCode.GOLDEN if pending else ExitCode.OK)
 
 
@@ -292,7 +290,7 @@ def prune(context: click.Context, dry_run: bool) -> None:
         write(f"{'obsolete' if dry_run else 'removed'}: {file}")
     if not unused:
         write("nothing to remove")
-    for keeper, files in _kept(place.golden).items():
+    for keeper, files in kept_by_python(place.golden).items():
         lost = is_lost(keeper, place.golden)
         remedy = f", which does not exist; {RENAMED}" if lost else "; pytest tells which of them no test uses"
         if lost or not unused:
@@ -316,16 +314,6 @@ def _unused(context: click.Context, place: GoldenFiles) -> tuple[str, ...]:
         tell(f"{told}; set `scenarios` in stackdsl.toml, or delete the golden files without scenarios")
         context.exit(ExitCode.INVALID)
     return unused_goldens(gathered, place.golden)
-
-
-def _kept(golden: Path) -> Mapping[str, list[str]]:
-    """Return the golden files by the Python file that keeps them, or kept them before it was renamed or deleted."""
-    kept = defaultdict[str, list[str]](list)
-    for file in sorted(golden.glob("*/*.json")):
-        keeper = keeper_in(content_of(str(file)))
-        if keeper.endswith(".py") and (is_there(keeper, golden) or is_lost(keeper, golden)):
-            kept[keeper].append(file.as_posix())
-    return kept
 
 
 def _refuse_in_ci() -> None:

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields, replace
@@ -112,6 +113,16 @@ def is_kept(file: Path, golden: Path, checked: Collection[str]) -> bool:
         return False
     exists = is_there(keeper, golden) and os.path.realpath(golden.parent / keeper) not in checked
     return exists or is_lost(keeper, golden)
+
+
+def kept_by_python(golden: Path) -> Mapping[str, list[str]]:
+    """Return the golden files by the Python file that keeps them, or kept them before it was renamed or deleted."""
+    kept = defaultdict[str, list[str]](list)
+    for file in sorted(golden.glob("*/*.json")):
+        keeper = keeper_in(content_of(str(file)))
+        if keeper.endswith(".py") and (is_there(keeper, golden) or is_lost(keeper, golden)):
+            kept[keeper].append(file.as_posix())
+    return kept
 
 
 # Golden files: one snapshot each, read on every run, written only on request.

@@ -147,7 +147,10 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
         written = shared.hand_over(config, file, user)
         told = "belongs to" if written else f"names {owner}, and {ACCEPT} changes this to"
         terminalreporter.write_line(f"golden file {os.path.relpath(file)} {told} {user}")
-    for file in shared.unused_files(config, passed, _is_whole(terminalreporter, config, passed)):
+    whole = _is_whole(terminalreporter, config, passed)
+    for golden_file in shared.forget_gone(config, passed, whole):
+        terminalreporter.write_line(f"dropped pending change, which no test has any more: {golden_file}", yellow=True)
+    for file in shared.unused_files(config, passed, whole):
         shown = os.path.relpath(file)
         if shared.remove_unused(config, file):
             terminalreporter.write_line(f"removed golden file, which no test uses: {shown}", yellow=True)

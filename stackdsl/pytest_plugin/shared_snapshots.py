@@ -22,6 +22,7 @@ from syrupy.extensions.json import JSONSnapshotExtension
 from syrupy.location import PyTestLocation
 from syrupy.types import PropertyFilter, PropertyMatcher, SerializableData, SerializedData, SnapshotIndex
 
+from stability.name_order import names_text
 from stackdsl.goldens.file_format import canonical_text, directory_of, golden_name
 from stackdsl.goldens.golden import (
     COMPARED,
@@ -34,6 +35,7 @@ from stackdsl.goldens.golden import (
     judge_text,
     keeper_in,
     keeper_of,
+    kept_by_python,
     refusal,
     refuse_in_ci,
     remove_obsolete,
@@ -46,6 +48,7 @@ from stackdsl.pytest_plugin.scenario_file import ACCEPT, ACCEPT_FAILING, REVIEW,
 from stackdsl.pytest_plugin.scenario_warnings import ENGINE_INDEPENDENT, OtherEngineWarning
 from stackdsl.report.golden_differences import difference_lines
 from stackdsl.results import GoldenResult, GoldenStatus
+from stackdsl.shown_text import visible
 
 UPDATE_OUTSIDE = "pytest --snapshot-update outside of CI, and commit the golden file"
 WIDTH = 100  # of the lines of a difference, which pytest indents
@@ -145,6 +148,22 @@ def unused_files(config: pytest.Config, tests: Iterable[Path], whole: bool) -> I
                     yield file
 
 
+def forget_gone(config: pytest.Config, tests: Iterable[Path], whole: bool) -> Iterator[str]:
+    """Drop the pending differences of these test files that no test has used, if golden files are updated.
+
+    Yield the names of their golden files. `tests` and `whole` are as for `unused_files`.
+    """
+    used = {os.path.abspath(file) for file in config.stash.get(UsedFiles, {})} | COMPARED
+    for folder, keepers in _keepers_of(config, tests).items() if _updates(config) else ():
+        waiting = PendingStore(state_directory(config, folder, folder), folder)
+        for pending in waiting.all():
+            keeper = keeper_in(pending.text.encode("ascii"))
+            kept = keeper in keepers or (whole and is_lost(keeper, folder))
+            if kept and os.path.abspath(waiting.home / pending.golden) not in used:
+                waiting.reject(pending)
+                yield visible(pending.golden)
+
+
 def _keepers_of(config: pytest.Config, tests: Iterable[Path]) -> dict[Path, set[str]]:
     """Return the names of test files as owners, by directory of golden files."""
     owners = defaultdict[Path, set[str]](set)
@@ -226,10 +245,19 @@ class GoldenExtension(JSONSnapshotExtension):
         if self.lock.waiting is not None:
             yield f"decide with: {REVIEW}"
         if not snapshot_data:
+            yield from self._others()
             return
         result = judge_text("", str(snapshot_data), json.loads(serialized_data))
         yield from filter(None, [result.note])
         yield from difference_lines(result, WIDTH)
+
+    def _others(self) -> Iterator[str]:
+        """Yield which golden files of the same Python file no test has used so far: the scenario may be renamed."""
+        lock = self.lock
+        others = [file for file in kept_by_python(lock.folder).get(lock.keeper, ()) if Path(file) not in lock.used]
+        if others:
+            names = names_text([os.path.relpath(file) for file in others])
+            yield f"{visible(names)}: kept by this file; a golden file belongs to the name of the scenario"
 
     def discover_snapshots(
         self, *, test_location: PyTestLocation, ignore_extensions: list[str] | None = None

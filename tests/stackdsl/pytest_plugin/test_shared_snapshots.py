@@ -1,6 +1,7 @@
 """Golden files in pytest: the same files, comparison and bytes as in `stackdsl check`."""
 
 import shutil
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -310,3 +311,45 @@ def test_a_golden_file_follows_its_test_into_another_file_and_is_unused_only_if_
     update = pytester.runpytest_subprocess("--snapshot-update").stdout
     update.fnmatch_lines(["removed golden file, which no test uses: golden/tower-3/exact.json"])
     assert '"kept_by": "test_other.py"' in golden[0].read_text()
+
+
+def test_a_missing_file_is_told_with_those_that_no_test_of_the_file_has_used(
+    towers: Callable[..., pytest.RunResult],
+) -> None:
+    towers('f"tower-{levels}"', "5 mm", "--snapshot-update").assert_outcomes(passed=2)
+    told = towers('f"tower-{levels - 1}"', "5 mm").stdout  # tower-2 is now another tower, and tower-1 is missing
+    told.fnmatch_lines(
+        [
+            "*tower-1/exact.json*does not exist*",
+            "*golden/tower-2/exact.json, golden/tower-3/exact.json: kept by this file*",
+        ]
+    )
+    for line in told.lines:
+        assert "kept by this file" not in line or "belongs to the name of the scenario" in line
+
+
+def test_an_update_drops_the_pending_difference_of_a_scenario_that_no_test_has_any_more(
+    towers: Callable[..., pytest.RunResult], pytester: pytest.Pytester
+) -> None:
+    def pending() -> list[str]:
+        return [each.case for each in PendingStore(pytester.path / ".stackdsl").all()]
+
+    towers('f"tower-{levels}"', "5 mm").assert_outcomes(failed=2)
+    towers('f"stack-{levels}"', "5 mm", "--snapshot-update", "-k", "2")
+    assert pending() == ["tower-2[exact]", "tower-3[exact]"]  # the tests that were not selected may have them
+    told = towers('f"stack-{levels}"', "5 mm", "--snapshot-update").stdout
+    told.fnmatch_lines(
+        [f"dropped pending change, which no test has any more: golden/tower-{n}/exact.json" for n in (2, 3)]
+    )
+    assert pending() == []
+
+
+def test_the_commands_of_a_project_without_yaml_name_pytest(
+    towers: Callable[..., pytest.RunResult], pytester: pytest.Pytester
+) -> None:
+    status, check = ((sys.executable, "-P", "-m", "stackdsl", *words) for words in (("golden", "status"), ("check",)))
+    pytester.run(*status).stdout.fnmatch_lines(["0 pending; stackdsl check compares with the golden files"])
+    pytester.run(*check).stdout.no_fnmatch_line("*pytest*")
+    towers('f"tower-{levels}"', "5 mm", "--snapshot-update").assert_outcomes(passed=2)
+    pytester.run(*status).stdout.fnmatch_lines(["0 pending; pytest compares with the golden files"])
+    pytester.run(*check).stdout.fnmatch_lines(["scenarios:1:1: SD001 *", "*= run pytest, *"])
