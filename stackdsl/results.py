@@ -251,6 +251,9 @@ class Unclear:
     places: tuple[str, ...] = ()  # names of bricks
     others: tuple[str, ...] = ()  # such as `the height`
     bricks: tuple[str, ...] = ()  # all names, for ranges
+    slid: tuple[
+        str, ...
+    ] = ()  # names among `states` of bricks far from a fall in the run, which may count as displaced
 
     @property
     def text(self) -> str:
@@ -266,6 +269,8 @@ class Unclear:
             f"{noun if len(names) == 1 else PLURAL[noun]} of {names_text(names, among=self.bricks)}"
             for noun, names in named
         ]
+        if self.slid:
+            whose.append(f"in this run, only whether displaced: {names_text(self.slid, among=self.bricks)}")
         return f"{what} {'is' if alone else 'are'} unclear and not compared{': ' * bool(whose)}{'; '.join(whose)}"
 
 
@@ -274,16 +279,17 @@ class FallenCounts:
     """The number of bricks that fell in a run, and those of its golden file, whose unclear states may be falls."""
 
     golden: int
-    unclear: int  # bricks of the golden file whose state is unclear
+    unclear: int  # bricks of the golden file whose state is unclear, after a collapse
     now: int
     unclear_now: int = 0  # likewise of the run, where only its snapshot is known
+    first: str = ""  # times of the first fall, such as `1.208 s -> 1.167 s`, if they differ within their tolerance
 
     @property
     def text(self) -> str:
         """Return `38 -> 6 bricks`, or all counts if some are unclear; empty if the run cannot differ."""
         if not (self.unclear or self.unclear_now):
             return "" if self.golden == self.now else f"{self.golden} -> {how_many(self.now, 'brick')}"
-        open_now, left = (f", {count} unclear" * bool(count) for count in (self.unclear_now, self.unclear))
+        open_now, left = (f", and up to {count} more" * bool(count) for count in (self.unclear_now, self.unclear))
         return f"now {how_many(self.now, 'brick')}{open_now}; the golden has {self.golden} fallen{left}"
 
 

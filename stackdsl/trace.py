@@ -349,6 +349,7 @@ class Trace:
     passed_through: PassedThrough | None = None  # the first; None if no thrown brick passed through another
     shift_before: float = 0.0  # largest shift of a brick at the last placement, or the last before a collapse [m]
     moving: tuple[BodyId, ...] = ()  # bricks that were moving when the run ended, with thrown ones
+    rocking: tuple[BodyId, ...] = ()  # of these, the fallen and thrown ones that stayed in place for the last second
     early_end: EarlyEnd | None = None  # None if the run went on to its regular end
     disproof: Verdict | None = None  # proof that the fallen bricks had to fall, on a system without proofs
     numerical: str = ""  # evidence that the solver, not physics, caused the collapse; empty if there is none

@@ -102,13 +102,17 @@ def unclear_in(*documents: Object) -> Unclear:
 
 def fallen_in(expected: Object, got: Object) -> FallenCounts:
     """Return the numbers of bricks that certainly fell, and of those whose state is unclear, in two JSON values."""
-    states = [[_object(bricks, name).get("state") for name in bricks] for bricks in map(_bricks_of, (expected, got))]
-    (was, open_before), (now, open_now) = ((each.count(BrickState.FALLEN), each.count(UNCLEAR)) for each in states)
-    return FallenCounts(was, open_before, now, open_now)
+    was, now = (_object(whole, "collapse").get("time_s") for whole in (expected, got))
+    shifted = is_number(was) and is_number(now) and was != now and _same(was, now, COLLAPSE_TIME)
+    first = f"{_shown(was, COLLAPSE_TIME)} -> {_shown(now, COLLAPSE_TIME)}" if shifted else ""
+    return FallenCounts(*_fallen(expected), *_fallen(got), first)
 
 
-def _bricks_of(whole: Object) -> Object:
-    return _object(whole, "bricks")
+def _fallen(whole: Object) -> tuple[int, int]:
+    bricks = _object(whole, "bricks")
+    states = [_object(bricks, name).get("state") for name in bricks]
+    # Without a collapse no brick fell, so a state is unclear for another reason.
+    return states.count(BrickState.FALLEN), states.count(UNCLEAR) if _object(whole, "collapse") else 0
 
 
 def _is_open(place: object) -> bool:

@@ -14,7 +14,7 @@ from secrets import token_hex
 from time import time
 from typing import Final, NamedTuple
 
-from stability.name_order import natural_key
+from stability.name_order import in_order, natural_key
 from stackdsl.disk import (
     NOT_REGULAR,
     LeadsOutsideError,
@@ -207,12 +207,14 @@ def check_golden(
     if is_there(kept, directory):
         keeper = kept
     text = canonical_text(replace(snapshot, kept_by=keeper or None))
+    slid = tuple(map(visible, in_order(snapshot.slid)))
     if found == text.encode("ascii"):  # the usual case; parsing the file of a large scene takes three times as long
-        unclear = _visible_unclear(unclear_in(document(snapshot)))
+        unclear = replace(_visible_unclear(unclear_in(document(snapshot))), slid=slid)
         return GoldenResult(GoldenStatus.SAME, path.as_posix(), digest=digest, unclear=unclear)
     result = replace(judged_content(path.as_posix(), found, document(snapshot)), digest=digest)
     if result.fallen is not None and snapshot.fallen is not None:  # the run knows more than its snapshot
         result = replace(result, fallen=replace(result.fallen, now=snapshot.fallen, unclear_now=0))
+    result = replace(result, unclear=replace(result.unclear, slid=slid))
     if result.status is GoldenStatus.MISSING and write_new_goldens and not update:
         return _written(path, directory, text, result, GoldenStatus.NEW)
     agrees = result.status is GoldenStatus.SAME
@@ -234,6 +236,7 @@ def _written(path: Path, directory: Path, text: str, result: GoldenResult, statu
     except OSError as error:
         return replace(result, note=f"cannot be written: {error.strerror}; {WRITABLE}")
     unclear = result.unclear if result.differences else _visible_unclear(unclear_in(json.loads(text)))
+    unclear = replace(unclear, slid=result.unclear.slid)
     return replace(result, status=status, note="", digest="", unclear=unclear)
 
 

@@ -199,6 +199,7 @@ class Snapshot:
     samples: Samples | None = None  # None for a single run
     missed: tuple[str, ...] = field(default=(), compare=False)  # failed expectations of the run; not locked
     fallen: int | None = field(default=None, compare=False)  # bricks that fell; not locked, as the number is chaotic
+    slid: frozenset[BodyId] = field(default=frozenset(), compare=False)  # unclear, but far from a fall; not locked
 
     @property
     def placings(self) -> tuple[Placing, ...]:
@@ -284,6 +285,9 @@ def take(  # noqa: PLR0913, PLR0917 -- all that a snapshot says
             for brick, track in sorted(trace.tracks.items(), key=lambda item: (item[1].level, item[0]))
         },
         fallen=sum(track.state is BrickState.FALLEN for track in trace.tracks.values()),
+        slid=frozenset(
+            brick for brick, track in trace.tracks.items() if states[brick] == UNCLEAR and _only_slid(track)
+        ),
     )
 
 
@@ -372,11 +376,17 @@ def _state(track: BrickTrack, collapse: Collapse | None, modelled: bool) -> str:
     return track.state.value if clear else UNCLEAR
 
 
-def unclear_bricks(trace: Trace, modelled: bool) -> frozenset[BodyId]:
-    """Return the bricks whose state a golden file does not lock, since a small disturbance may change it."""
+def unclear_falls(trace: Trace, modelled: bool) -> frozenset[BodyId]:
+    """Return the bricks of which a small disturbance may change whether they fall."""
+    states = {brick: _state(track, trace.collapse, modelled) for brick, track in trace.tracks.items()}
     return frozenset(
-        brick for brick, track in trace.tracks.items() if _state(track, trace.collapse, modelled) == UNCLEAR
+        brick for brick, state in states.items() if state == UNCLEAR and not _only_slid(trace.tracks[brick])
     )
+
+
+def _only_slid(track: BrickTrack) -> bool:
+    """Return whether a brick is far from a fall, so that its state is unclear only between standing and displaced."""
+    return track.state in STAND and _departure(track) < 1.0 / CLEAR_CUT
 
 
 def _lies_still(state: str, collapse: Collapse | None, modelled: bool) -> bool:

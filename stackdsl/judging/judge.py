@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
-from stability.name_order import names_text
+from stability.model import BodyId
+from stability.name_order import in_order, names_text
 from stability.problem import Stability
-from stackdsl.goldens.snapshot import unclear_bricks
+from stackdsl.goldens.snapshot import unclear_falls
 from stackdsl.judging.before_impacts import falls_before_impacts
 from stackdsl.language.claims.claim import Claim
 from stackdsl.language.claims.claim_kind import ClaimKind
@@ -21,7 +22,7 @@ from stackdsl.simulation.runner import StopCondition, never_stop_early
 from stackdsl.simulation.systems import Method, System, as_played
 from stackdsl.timeline import Timeline
 from stackdsl.trace import UNRELIABLE, Collapse, Ensemble, Trace
-from stackdsl.wording import energy_fault, how_many
+from stackdsl.wording import energy_fault
 
 if TYPE_CHECKING:
     from stackdsl.judging.statistics import Decision
@@ -30,22 +31,34 @@ if TYPE_CHECKING:
 # Fails claims that bricks still moving at the end of the run may change.
 
 
+def moving_for(claim: ClaimKind, trace: Trace) -> Sequence[BodyId]:
+    """Return the moving bricks that could change the result of a claim.
+
+    A fallen brick stays fallen, and one that only rocks in place does not bring down others.
+    """
+    return [name for name in trace.moving if not (claim.only_falls and name in trace.rocking)]
+
+
 def may_still_change(claim: ClaimKind, trace: Trace) -> bool:
     """Return whether bricks that still move could change the result of a claim."""
-    return bool(trace.moving or trace.unsettled) and not claim.final_once_watched and not claim.is_decided(trace)
+    may_change = moving_for(claim, trace) or trace.unsettled
+    return bool(may_change) and not claim.final_once_watched and not claim.is_decided(trace)
 
 
-def still_moving(result: ClaimResult, trace: Trace) -> ClaimResult:
-    """Return the result as failed, with the bricks that still move and how much longer to watch."""
+def still_moving(claim: ClaimKind, result: ClaimResult, trace: Trace) -> ClaimResult:
+    """Return the result as failed, with the bricks that still move, and how to judge it."""
     reasons = []
-    if count := len(trace.moving):
-        reasons.append(f"still moving when the simulation ended: {how_many(count, 'brick')}")
+    if moving := moving_for(claim, trace):
+        reasons.append(f"still moving when the simulation ended: {names_text(in_order(moving), among=trace.tracks)}")
     if slow := [track for track in trace.unsettled if track.brick.id not in trace.moving]:
         causes = dict.fromkeys(track.gives_way or "not at rest" for track in slow)
         named = names_text([track.brick.id for track in slow], among=trace.tracks)
         reasons.append(f"not settled when the simulation ended: {named}: {'; '.join(causes)}")
     watched = trace.cost.simulated_time - max(trace.last_action, trace.last_arrival)  # [s]
-    advice = f"simulate longer, for example with `watch: {2 * max(1, round(watched))} s`"
+    seconds = max(1, round(watched))
+    advice = f"simulate longer, for example with `watch: {2 * seconds} s`"
+    if hasattr(claim, "for_"):
+        advice += f", or judge only this time with `for: {seconds} s`"
     return ClaimResult(
         f"{result.measured}; {'; '.join(reasons)}; {advice}", -inf, "", passed=False, numbers=result.numbers
     )
@@ -127,7 +140,7 @@ def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, sy
     # Before the end of the build, a proof decides what falls; the rest of a fall after a hit is chaotic.
     after_build = trace.collapse is not None and bool(trace.collapse.fallen)
     if after_build and any(claim.content.rests_on_fate_of(trace) for _, claim in expectations):
-        unclear = unclear_bricks(trace, system_named(system).extension)
+        unclear = unclear_falls(trace, system_named(system).extension)
         shared = [len(unclear.intersection(claim.content.rests_on_fate_of(trace))) for _, claim in expectations]
         outcomes = tuple(replace(each, unclear=count) for each, count in zip(outcomes, shared, strict=True))
     return (*outcomes, *falls_before_impacts(trace, expected, scenario, source))
@@ -211,7 +224,7 @@ def _result(claim: ClaimKind, trace: Trace) -> ClaimResult:
     result = claim.judge(trace)
     if depends_on_energy_fault(claim, trace):
         return unreliable(result, trace)
-    return still_moving(result, trace) if may_still_change(claim, trace) else result
+    return still_moving(claim, result, trace) if may_still_change(claim, trace) else result
 
 
 def _numerical(trace: Trace) -> ClaimResult:

@@ -75,6 +75,8 @@ def folded_differences(golden: GoldenResult, every: bool = False) -> Iterator[tu
     if golden.fallen_text:
         label, _, counts = golden.fallen_text.partition(" ")
         yield label, counts
+    if golden.differences and golden.fallen is not None and golden.fallen.first:
+        yield "first fall", golden.fallen.first
     yield from _folded([each for each in golden.differences if each.quantity != VERDICT], every)
     if golden.unclear.text:
         yield UNCLEAR, golden.unclear.text

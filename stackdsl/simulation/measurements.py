@@ -18,7 +18,18 @@ from stability.problem import Contact, Motion, Placed, Tolerances, Verdict
 from stability.stabilizers.rest import RestLimits, relative_size
 from stackdsl.simulation.brick_tracks import NOT_MOVING, BrickTracker
 from stackdsl.timeline import Placement, Timeline
-from stackdsl.trace import NOTABLE_GAIN, Energy, Landing, Onset, PassedThrough, Penetration, Sway, WrongEdges
+from stackdsl.trace import (
+    COLLAPSE_SHARE_OF_SMALLEST_SIDE,
+    COLLAPSE_TILT,
+    NOTABLE_GAIN,
+    Energy,
+    Landing,
+    Onset,
+    PassedThrough,
+    Penetration,
+    Sway,
+    WrongEdges,
+)
 
 if TYPE_CHECKING:
     from stackdsl.simulation.recording import Recorder
@@ -430,6 +441,10 @@ class OverlapMeter:
 # step at a high speed that leads nowhere.
 
 
+IN_PLACE = 1.0 / 3.0  # of the limits of a fall, within which a brick stays in place
+LONG = 10.0  # hold-offs of rest, 1 s for a plank, after which a brick that stays in place leaves it no more
+
+
 @dataclass
 class MotionWatch:
     """The last time at which each brick moved."""
@@ -438,10 +453,13 @@ class MotionWatch:
     _seen: dict[BodyId, tuple[float, Pose]] = field(default_factory=dict)  # time [s] and pose of the last look
     _limits: dict[BodyId, RestLimits] = field(default_factory=dict)
     _moved_at: dict[BodyId, float] = field(default_factory=dict)  # [s]
+    _radius: dict[BodyId, float] = field(default_factory=dict)  # within which it stays in place [m]
+    _came: dict[BodyId, tuple[float, Pose]] = field(default_factory=dict)  # since when it has stayed near this pose
 
     def add(self, brick: Brick) -> None:
         """Add a brick."""
         size = relative_size(brick.shape)
+        self._radius[brick.id] = IN_PLACE * COLLAPSE_SHARE_OF_SMALLEST_SIDE * brick.shape.least_thickness
         self._limits[brick.id] = RestLimits().scaled(size, sqrt(size * USUAL_GRAVITY / self.gravity))
 
     def see(self, time: float, states: Mapping[BodyId, BodyState]) -> list[BodyId]:
@@ -452,13 +470,27 @@ class MotionWatch:
                 self._moved_at[name] = time
                 moved.append(name)
             self._seen[name] = (time, state.pose)
+            if name not in self._came or self._has_left(name, state.pose):
+                self._came[name] = (time, state.pose)
         return moved
+
+    def _has_left(self, name: BodyId, here: Pose) -> bool:
+        then = self._came[name][1]
+        far = dist(here.position_W, then.position_W) > self._radius[name]
+        return far or turn_between(then, here) > IN_PLACE * COLLAPSE_TILT
 
     def stopped(self, bricks: Iterable[BodyId]) -> None:
         """Forget bricks that are frozen or removed."""
         for name in bricks:
             self._moved_at.pop(name, None)
             self._seen.pop(name, None)
+            self._came.pop(name, None)
+
+    def in_place(self, now: float) -> frozenset[BodyId]:
+        """Return the bricks that have long stayed near one pose, although they may rock there."""
+        return frozenset(
+            name for name, (since, _) in self._came.items() if now - since >= LONG * self._limits[name].hold_off
+        )
 
     def moving(self, now: float) -> tuple[BodyId, ...]:
         """Return the bricks that still move, in order of placement."""

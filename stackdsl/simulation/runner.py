@@ -391,6 +391,8 @@ class _Run:
             parts = {name: track.state for name, track in tracks.items() if track.state not in NO_PART}
             fallen = tuple(name for name, state in parts.items() if state is BrickState.FALLEN)
             collapse = replace(collapse, fallen=fallen, bricks=len(parts))
+        moving, loose = self.measures.motion.moving(now), (BrickState.FALLEN, BrickState.THROWN)
+        in_place = self.measures.motion.in_place(now)
         return Trace(
             events=self.log.in_order() if self.islands.split else tuple(self.log.events),
             tracks=tracks,
@@ -410,7 +412,8 @@ class _Run:
             sway=self.measures.swayed,
             penetration=self.measures.overlapped,
             landing=self.measures.landing([n for n, track in tracks.items() if track.state is BrickState.FALLEN]),
-            moving=self.measures.motion.moving(now),
+            moving=moving,
+            rocking=tuple(name for name in moving if name in in_place and tracks[name].state in loose),
             early_end=self.ending.early,
             before_fault=self.before_fault,
         )

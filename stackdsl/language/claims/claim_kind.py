@@ -46,6 +46,7 @@ class ClaimKind(ABC):
     requires_physical_collapse: ClassVar[bool] = False  # void if the collapse is an artefact of the solver
     measures_engine: ClassVar[bool] = False  # measures the quality of the engine, so its faults do not void the claim
     allows_removed_bricks: ClassVar[bool] = False  # may name bricks that are pulled out
+    only_falls: ClassVar[bool] = False  # depends on which bricks fall or stand, but not on their places
     identifying_keys: ClassVar[tuple[str, ...]] = ()  # equal in two claims of this kind about the same quantity
 
     @abstractmethod

@@ -30,6 +30,7 @@ class Falls(ExactlyOneKey, ClaimKind):
 
     one_of: ClassVar[tuple[str, ...]] = ("bricks", "count")
     requires_physical_collapse: ClassVar[bool] = True
+    only_falls: ClassVar[bool] = True
     identifying_keys: ClassVar[tuple[str, ...]] = ("for_",)
 
     @property

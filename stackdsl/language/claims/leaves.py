@@ -25,6 +25,7 @@ class Leaves(ExactlyOneKey, ClaimKind):
 
     one_of: ClassVar[tuple[str, ...]] = ("levels", "bricks")
     requires_physical_collapse: ClassVar[bool] = True
+    only_falls: ClassVar[bool] = True
 
     def counts(self) -> Iterator[Count]:
         if self.levels is not None:

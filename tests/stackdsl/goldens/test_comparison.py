@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from stackdsl.goldens.comparison import compare, compare_documents
+from stackdsl.goldens.comparison import compare, compare_documents, fallen_in
 from stackdsl.goldens.file_format import canonical_text, document
 from stackdsl.goldens.snapshot import MalformedSnapshotError, Snapshot
 from stackdsl.results import GoldenDifference
@@ -21,6 +21,18 @@ from tests.stackdsl.goldens.towers import FALL, taken, tower, track
 @pytest.mark.parametrize("snapshot", [STANDS, FALLS])
 def test_a_snapshot_agrees_with_its_own_text(snapshot: Snapshot) -> None:
     assert compare(json.loads(canonical_text(snapshot)), snapshot) == ()
+
+
+@pytest.mark.parametrize(("time", "told"), [(2.52, "2.520 s -> 2.500 s"), (2.5, ""), (3.0, "")])
+def test_a_first_fall_at_another_time_is_told_unless_it_is_a_difference(time: float, told: str) -> None:
+    was = changed(put("collapse", "time_s", value=time), FALLS)
+    assert fallen_in(was, document(FALLS)).first == told
+
+
+def test_an_unclear_state_may_be_a_fall_only_after_a_collapse() -> None:
+    unclear = put(*BRICK, "state", value="unclear")
+    assert fallen_in(changed(unclear, STANDS), document(STANDS)).text == ""
+    assert fallen_in(changed(unclear, FALLS), document(FALLS)).text.endswith("and up to 1 more")
 
 
 WITHIN = [

@@ -11,9 +11,10 @@ from stackdsl.goldens.file_format import canonical_text, document, golden_name
 from stackdsl.goldens.golden import GoldenWriteRefusedError, check_golden, obsolete, refuse_in_ci, remove_obsolete
 from stackdsl.goldens.snapshot import FORMAT
 from stackdsl.results import GoldenStatus
+from stackdsl.trace import BrickState
 from tests.command_line import write
 from tests.stackdsl.goldens.changes import BRICK, STANDS, Change, changed, drop, put
-from tests.stackdsl.goldens.towers import IDENTITY
+from tests.stackdsl.goldens.towers import IDENTITY, taken, tower, track
 
 
 @pytest.fixture(autouse=True)
@@ -32,6 +33,13 @@ def test_the_file_is_missing_then_written_then_the_same(tmp_path: Path) -> None:
     ]
     assert [*(tmp_path / "golden").rglob("*.json")] == [tmp_path / "golden" / "tower" / "thesis.json"]
     assert (tmp_path / "golden" / "tower" / "thesis.json").read_bytes() == canonical_text(STANDS).encode()
+
+
+@pytest.mark.parametrize("update", [True, False])
+def test_bricks_that_only_slid_are_unclear_whether_displaced(update: bool, tmp_path: Path) -> None:
+    slid = taken(tower(replace(track("L2.1", 2, BrickState.DISPLACED, shift=0.006), sunk=0.0)))
+    told = [check_golden(slid, tmp_path, True), check_golden(slid, tmp_path, update)]
+    assert [each.unclear.text.partition("; in this run, ")[2] for each in told] == ["only whether displaced: L2.1"] * 2
 
 
 def place(directory: Path) -> Path:

@@ -7,6 +7,7 @@ import pytest
 
 from stability.geometry.box import Box
 from stability.model import BodyState, Brick, Pose
+from stability.name_order import in_order, names_text
 from stackdsl.checking.cases import Case
 from stackdsl.checking.play_case import play_case
 from stackdsl.judging.judge import judge, stop_condition_of
@@ -53,8 +54,9 @@ def test_in_the_middle_of_a_cascade_no_count_passes_but_one_that_nothing_can_cha
     assert len(trace.moving) > 3
     counts = [outcome_of(f"falls: {{count: {count}}}", trace, 20) for count in range(21)]
     assert not any(count.passed for count in counts)
-    told = f"{fallen(trace)} bricks fell; still moving when the simulation ended: {len(trace.moving)} bricks"
-    assert counts[fallen(trace)].measured == f"{told}; simulate longer, for example with `watch: 2 s`"
+    told = f"{fallen(trace)} bricks fell; still moving when the simulation ended: "
+    advice = "; simulate longer, for example with `watch: 2 s`, or judge only this time with `for: 1 s`"
+    assert counts[fallen(trace)].measured == f"{told}{names_text(in_order(trace.moving), among=trace.tracks)}{advice}"
     assert outcome_of("falls: {count: '>= 3'}", trace, 20).passed
     assert outcome_of("falls: {count: 3 .. 20}", trace, 20).passed
     assert not outcome_of("falls: {count: 3 .. 19}", trace, 20).passed
@@ -113,8 +115,25 @@ def test_a_brick_still_moving_leaves_claims_about_it_open(claim: str, passes: bo
     assert outcome(claim, FALLEN).passed
     found = outcome(claim, MOVING)
     assert found.passed is passes
-    assert ("still moving when the simulation ended: 1 brick;" in found.measured) is not passes
+    assert ("still moving when the simulation ended: L3.1;" in found.measured) is not passes
     assert (found.margin == -inf) is not passes
+    assert ("`for: 3 s`" in found.measured) == (not passes and claim.startswith(("falls", "stands")))
+
+
+@pytest.mark.parametrize(
+    ("claim", "passes"),
+    [
+        ("falls: {count: '<= 2'}", True),
+        ("falls: {bricks: [L3.1]}", True),
+        ("leaves: {levels: 2}", True),
+        ("stands: {levels: 2}", True),
+        ("height: 15.6 mm ± 1 mm", False),
+        ("drift: < 60 mm", False),
+    ],
+)
+def test_a_fallen_brick_that_rocks_in_place_leaves_no_claim_about_falls_open(claim: str, passes: bool) -> None:
+    assert outcome(claim, replace(MOVING, rocking=("L3.1",))).passed is passes
+    assert not outcome(claim, replace(MOVING, moving=("L2.1", "L3.1"), rocking=("L3.1",))).passed
 
 
 @pytest.mark.parametrize("over", [True, False])
@@ -163,6 +182,17 @@ def test_a_rocking_brick_has_stopped_after_a_tenth_of_a_second_at_rest() -> None
     looks(seen, 0.0, 0.001, 0.001, 0.001)
     assert seen.moving(0.1) == ("plank",)
     assert seen.moving(0.12) == ()
+
+
+def test_a_brick_that_rocks_for_a_second_about_one_place_stays_in_place_and_one_that_creeps_away_does_not() -> None:
+    rocks, creeps = watch(), watch()
+    for number in range(201):
+        for seen, height in ((rocks, 0.0005 * (-1) ** (number // 5)), (creeps, 0.0001 * number)):
+            seen.see(0.01 * number, {"plank": BodyState(Pose((0.0, 0.0, height)))})
+    assert rocks.moving(2.0) == creeps.moving(2.0) == ("plank",)
+    assert rocks.in_place(0.9) == frozenset()
+    assert rocks.in_place(2.0) == {"plank"}
+    assert creeps.in_place(2.0) == frozenset()
 
 
 def test_a_brick_spinning_in_place_counts_as_moving() -> None:

@@ -250,8 +250,8 @@ def test_a_claim_that_rests_on_unclear_bricks_says_so_beside_its_margin_and_is_a
 def test_the_number_of_fallen_bricks_is_told_beside_a_golden_difference() -> None:
     result = with_golden(GoldenStatus.DIFFERENT, "", GoldenDifference("L1.1", "state", "fallen", "frozen", "exact"))
     assert result.golden is not None
-    counted = replace(result, golden=replace(result.golden, fallen=FallenCounts(38, 0, 6)))
-    assert block(report(counted))[1] == "  fallen  38 -> 6 bricks"
+    counted = replace(result, golden=replace(result.golden, fallen=FallenCounts(38, 0, 6, first="1.2 s -> 1.1 s")))
+    assert block(report(counted))[1:3] == ["  fallen      38 -> 6 bricks", "  first fall  1.2 s -> 1.1 s"]
     assert "fallen 38 -> 6 bricks" in repr(counted.golden)
     assert "fallen 38 -&gt; 6 bricks" in report_junit(report(counted))
 
