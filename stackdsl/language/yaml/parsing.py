@@ -104,6 +104,7 @@ def _blamed(page: Page, error: yaml.MarkedYAMLError, description: str) -> tuple[
 
 
 UNQUOTED: Final = re.compile(r"""(?<![\w"'$])\$\{[^}"']*\}""")  # an expression outside of quotes
+QUOTED_LATE: Final = re.compile(r"""[\[{,:]\s+([^\s\[{,:"']+\s*)"(\$\{[^"]*)\"""")  # quotes that begin within a value
 VALUE_BEGINS: Final = re.compile(r"[\[{,]\s*|:\s+")
 VALUE_GOES_ON: Final = re.compile(r"""(?:\$\{[^}"']*\}|(?!\s#|:\s)[^]},"'])*""")
 NO_SPACE: Final = re.compile(r"\s*(?:- )?([\w-]+):([^\s:/].*)")
@@ -116,11 +117,16 @@ SPACE_REMEDY: Final = "replace it by an ordinary space"
 TYPOGRAPHIC: Final = re.compile("[\u201c\u201d\u201e\u2018\u2019]")
 
 
-def _value_around(text: str, expression: re.Match[str]) -> str:
-    """Return the whole value in braces or brackets that contains an unquoted expression, such as `<= ${most}`."""
-    begin = max((each.end() for each in VALUE_BEGINS.finditer(text, 0, expression.start())), default=0)
-    rest = VALUE_GOES_ON.match(text, expression.end())
-    return text[begin : rest.end() if rest else expression.end()].rstrip()
+def _missing_quotes(text: str) -> tuple[int, str, str] | None:
+    """Return column, message and whole value, such as `<= ${most}`, of an expression in braces that is not all quoted."""
+    if expression := UNQUOTED.search(text):
+        begin = max((each.end() for each in VALUE_BEGINS.finditer(text, 0, expression.start())), default=0)
+        rest = VALUE_GOES_ON.match(text, expression.end())
+        value = text[begin : rest.end() if rest else expression.end()].rstrip()
+        return expression.start(), f"{expression[0]} needs quotes in braces or brackets", value
+    if late := QUOTED_LATE.search(text):
+        return late.start(1), "the quotes begin within the value", f"{late[1]}{late[2]}"
+    return None
 
 
 def _typical_slip(
@@ -137,9 +143,9 @@ def _typical_slip(
         return (line, key.end(1)), "a space is missing after ':'", f"write `{key[1]}: {key[2].strip()}`"
     if "simple key" in description and (key := EQUALS.match(text)):
         return (line, key.end(1)), "'=' in place of ':'", f"write `{key[1].strip()}: {key[2].strip()}`"
-    if in_brackets and (expression := UNQUOTED.search(text)):
-        message = f"{expression[0]} needs quotes in braces or brackets"
-        return (line, expression.start()), message, f'write "{_value_around(text, expression)}"'
+    if in_brackets and (quotes := _missing_quotes(text)):
+        start, message, written = quotes
+        return (line, start), message, f'write "{written}"'
     has_colon = in_brackets and problem[0] == line and page.at(*problem) == ":"
     if has_colon and (key := KEY_BEFORE.match(text[: problem[1]])):
         return (line, key.start(1)), f"a ',' is missing before `{key[1]}`", "add it"

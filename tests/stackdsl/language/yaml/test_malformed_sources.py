@@ -81,9 +81,10 @@ def test_malformed_yaml_reports_place_and_cause(text: str, place: str, message: 
         ("{b: <= ${x}}", "<= ${x}"),
         ("{b: 1, c: ${x} .. ${y + 1} mm, d: 2}  # e", "${x} .. ${y + 1} mm"),
         ("[1, ${max(x, y)}]", "${max(x, y)}"),
+        ('{b: 1, c: <= "${x}", d: 2}', "<= ${x}"),
     ],
 )
-def test_a_value_with_an_unquoted_expression_is_quoted_whole(value: str, written: str) -> None:
+def test_a_value_with_an_expression_is_quoted_whole(value: str, written: str) -> None:
     (diagnostic,) = parse(f"a: {value}\n", "a.yaml").diagnostics
     assert diagnostic.hint == f'write "{written}"'
 
