@@ -118,7 +118,7 @@ TYPOGRAPHIC: Final = re.compile("[\u201c\u201d\u201e\u2018\u2019]")
 
 
 def _missing_quotes(text: str) -> tuple[int, str, str] | None:
-    """Return column, message and whole value, such as `<= ${most}`, of an expression in braces that is not all quoted."""
+    """Return column, message and whole value, such as `<= ${most}`, of an expression that is not all quoted."""
     if expression := UNQUOTED.search(text):
         begin = max((each.end() for each in VALUE_BEGINS.finditer(text, 0, expression.start())), default=0)
         rest = VALUE_GOES_ON.match(text, expression.end())
