@@ -597,9 +597,14 @@ def _engines(stamp: object) -> set[str]:
 
 
 def stamp_note(expected: object, got: object) -> str:
-    """Return a note on the versions that differ from those in use; empty if none does."""
+    """Return a note on the versions that differ from those in use; empty if none does.
+
+    A run without steps names no engine, which is no change of versions.
+    """
     was, now = _as_mapping(expected), _as_mapping(got)
-    changed = [name for name in sorted({*was, *now}) if was.get(name) != now.get(name)]
+    both = _engines(was) and _engines(now)
+    names = sorted({*was, *now} if both else {*was, *now} - {*ENGINES})
+    changed = [name for name in names if was.get(name) != now.get(name)]
     made = ", ".join(f"{name} {was.get(name, 'none')} (now {now.get(name, 'none')})" for name in changed)
     return f"made with {made}" if made else ""
 

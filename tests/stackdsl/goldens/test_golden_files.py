@@ -186,7 +186,7 @@ def test_a_file_whose_stamp_cannot_be_read_is_written_anew(tmp_path: Path) -> No
 def test_a_file_without_a_stamp_is_the_same(change: Change, tmp_path: Path) -> None:
     golden_file(tmp_path, json.dumps(changed(change)))
     result = check_golden(STANDS, tmp_path, update=False)
-    assert (result.status, "pybullet none (now 3.2.7)" in result.note) == (GoldenStatus.SAME, True)
+    assert (result.status, "python none (now " in result.note) == (GoldenStatus.SAME, True)
 
 
 @pytest.mark.parametrize("value", ["true", "1", "True", "yes", "woodpecker"])

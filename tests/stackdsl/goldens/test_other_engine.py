@@ -7,7 +7,7 @@ import pytest
 
 from stackdsl.goldens.file_format import document
 from stackdsl.goldens.golden import check_golden, judge_text
-from stackdsl.goldens.snapshot import current_stamp, made_by_other_engine
+from stackdsl.goldens.snapshot import current_stamp, made_by_other_engine, stamp_note
 from stackdsl.report.blocks import TextStyle
 from stackdsl.report.check_text import report_text
 from stackdsl.results import GoldenStatus, Report, RunStatus, VariantResult, exit_code
@@ -73,3 +73,9 @@ def test_a_golden_of_another_engine_counts_as_neither_passed_nor_failed() -> Non
     assert exit_code(report) == 0
     assert "1 golden of another engine" in text
     assert "1 file made with mujoco 4.0.0 (now none)" in text
+
+
+def test_an_engine_that_only_one_of_two_runs_needed_is_no_change_of_versions() -> None:
+    needed, unneeded = {"numba": "0.68.1", "python": "3.11"}, {"python": "3.11"}
+    assert stamp_note(unneeded, needed) == stamp_note(needed, unneeded) == ""
+    assert stamp_note(needed, {"pybullet": "3.2.7", "python": "3.11"}) != ""

@@ -70,7 +70,7 @@ def test_a_table_without_units_has_one_message_with_the_options_to_add(stackdsl:
     write(tmp_path, "name,length,width,height,mass,x,y,z\na,100,100,100,2,0,0,0\n", "cartons.csv")
     told = stackdsl("import", "cartons.csv", "--point", "corner")
     assert told.err.count("SD115") == 1
-    assert "the columns `length`, `width`, `height`, `mass`, `x`, `y`, `z` have no unit" in told.err
+    assert "the columns 'length', 'width', 'height', 'mass', 'x', 'y', 'z' have no unit" in told.err
     assert "or set --length mm --mass kg" in told.err
     assert stackdsl("import", "cartons.csv", "--point", "corner", "--length", "mm", "--mass", "kg").code == 0
     assert (
@@ -83,10 +83,10 @@ def test_columns_of_a_warehouse_have_one_message_with_the_headers_to_write(stack
     header = "SSCC,L_mm,W_mm,H_mm,weight_kg,pos_x,pos_y,pos_z\n"
     write(tmp_path, header + "003001,400,300,200,5,0,0,0\n" * 3, "wms.csv")
     told = stackdsl("import", "wms.csv")
-    assert "the line of headers by `SSCC,length [mm],width [mm],height [mm],mass [kg],x,y,z`" in told.err
+    assert "the line of headers by `SSCC,length [mm],width [mm],height [mm],weight_kg,x,y,z`" in told.err
     assert "to ignore the others, write --ignore SSCC" in told.err
     assert told.err.endswith("  stackdsl import wms.csv --ignore SSCC --length mm --point corner\n")
-    write(tmp_path, "SSCC,length [mm],width [mm],height [mm],mass [kg],x,y,z\n003001,400,300,200,5,0,0,0\n", "wms.csv")
+    write(tmp_path, "SSCC,length [mm],width [mm],height [mm],weight_kg,x,y,z\n003001,400,300,200,5,0,0,0\n", "wms.csv")
     assert stackdsl(*told.err.splitlines()[-1].split()[1:]).code == 0
 
 
