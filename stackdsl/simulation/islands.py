@@ -278,7 +278,7 @@ class FirstContacts:
         before_centre = [name for name in in_order(hit) if hit[name].off_centre <= nearest + AT_ONCE]
         others = and_text(in_order(hit.keys() - before_centre))
         speed = max(touch.speed for touch in hit.values())
-        whole = max(hypot(*before_W), speed)  # what it hits may come towards it
+        whole = max(hypot(*self._fallen_on(before_W, first)), speed)  # what it hits may come towards it
         text = f"{brick} hits {and_text(before_centre)}{', with ' * bool(others)}{others} at {whole:.3g} m/s"
         # A body that comes aslant hits with a part of its speed.
         return f"{text}, {speed:.3g} m/s of it into the face" if whole > ASLANT * speed else text
@@ -302,7 +302,13 @@ class FirstContacts:
         centre_W = add_scaled(before.pose.position_W, met[0] - AT_ONCE, along_W)
         normal_W = bodies_apart(in_place(shape, Pose(centre_W, before.pose.orientation)), still).normal_BA_W
         off_centre = dist(centre_W, nearest_in_bounds_W(target, there.pose, centre_W))
-        return _Touch(met[0] / speed, max(0.0, -dot(onto_W, normal_W)), off_centre)
+        after = met[0] / speed
+        arriving_W = onto_W if other in self._flights else self._fallen_on(onto_W, after)
+        return _Touch(after, max(0.0, -dot(arriving_W, normal_W)), off_centre)
+
+    def _fallen_on(self, velocity_W: Vec3, time: float) -> Vec3:
+        """Return a velocity after falling on for a time [s]."""
+        return add_scaled(velocity_W, -self.gravity * time, (0.0, 0.0, 1.0))
 
     def removed(self, bricks: Iterable[BodyId]) -> None:
         """Follow removed bricks no longer."""
