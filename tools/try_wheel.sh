@@ -26,4 +26,5 @@ export CI
 "$bin/python" -m pip install --quiet --disable-pip-version-check "stackdsl[pytest] @ file://$wheel"
 sed -n '/^## Golden files in your own tests/,$ { /^```python/,/^```$/ { /^```/d; p } }' "$checkout/docs/python-api.md" > test_tower.py
 test -s test_tower.py
+"$bin/python" -m pytest -q --snapshot-update test_tower.py scenarios
 "$bin/python" -m pytest -q test_tower.py scenarios
