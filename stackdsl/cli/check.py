@@ -258,7 +258,8 @@ def check_command(context: click.Context, **asked: Unpack[CheckOptions]) -> None
     golden, state = goldens_and_state(project, asked["golden"])
     memory = ResultCache(state, asked["cache"])
     found = survey(paths, memory)
-    if not asked["paths"] and not project.scenarios.exists() and kept_by_python(golden):
+    # Unlike `Path.exists`, `os.path.exists` accepts names that are too long for a file.
+    if not asked["paths"] and not os.path.exists(project.scenarios) and kept_by_python(golden):
         found = replace(found, diagnostics=tuple(replace(each, hint=RUN_PYTEST) for each in found.diagnostics))
     scenarios = project.scenarios if project.root is not None else None
     terms = _terms(asked, golden, scenarios, memory, found)

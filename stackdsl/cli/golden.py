@@ -155,7 +155,7 @@ def status(context: click.Context, keyword: str) -> None:
     for each in pending:
         told = visible(why_not(each, place.waiting)) if each.golden in gone else _summary(each, place)
         write(f"{visible(each.status)}: {_named(each)}: {told}")
-    only_python = not place.scenarios.exists() and bool(kept_by_python(place.golden))
+    only_python = not os.path.exists(place.scenarios) and bool(kept_by_python(place.golden))
     compares = f"{'pytest' if only_python else 'stackdsl check'} compares with the golden files"
     write(f"{len(pending)} pending; {'stackdsl golden review shows them' if pending else compares}")
     context.exit(ExitCode.GOLDEN if pending else ExitCode.OK)
@@ -305,7 +305,7 @@ def prune(context: click.Context, dry_run: bool) -> None:
 
 def _unused(context: click.Context, place: GoldenFiles) -> tuple[str, ...]:
     """Return the golden files that have no owner; exit if that is unknown."""
-    gathered = gather([place.scenarios]) if place.scenarios.exists() else GatheredCases((), ())
+    gathered = gather([place.scenarios]) if os.path.exists(place.scenarios) else GatheredCases((), ())
     if gathered.diagnostics:
         tell(f"{place.scenarios} has invalid scenarios, so unused golden files are unknown; check it first")
         context.exit(ExitCode.INVALID)
