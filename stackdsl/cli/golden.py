@@ -139,6 +139,8 @@ MEANT: Final = {"list": "status", "ls": "status", "diff": "review", "show": "rev
 @click.pass_context
 def golden_command(context: click.Context, golden: Path | None) -> None:
     """List differences from golden files, and accept or reject them."""
+    if golden is not None and not os.path.isdir(golden):
+        raise click.UsageError(f"there is no directory '{visible(str(golden))}'")
     project = project_around(())
     folder, state = goldens_and_state(project, golden)
     context.obj = GoldenFiles(folder, project.scenarios, PendingStore(state, folder))

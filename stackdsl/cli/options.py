@@ -29,7 +29,19 @@ from stackdsl.user_files import make_user_folder, write_user_file
 # Options that several commands have.
 
 
-FilePath = click.Path(path_type=Path)
+class _FilePath(click.Path):
+    """Path of a file or directory. An empty one, such as that of an unset shell variable, is no path."""
+
+    def convert(
+        self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None
+    ) -> str | bytes | os.PathLike[str]:
+        """Refuse an empty path."""
+        if value == "":
+            self.fail("the path is empty", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+FilePath = _FilePath(path_type=Path)
 
 
 class Number(click.FloatRange):

@@ -45,3 +45,16 @@ def test_a_name_that_is_too_long_keeps_no_other_file_from_being_checked(stackdsl
     write(tmp_path, GOOD, "good.yaml")
     done = stackdsl("check", "good.yaml", f"{LONG}.yaml")
     assert (done.code, "1 passed, 1 mistake" in done.text) == (ExitCode.INVALID, True)
+
+
+@pytest.mark.parametrize("command", ["check", "run", "survive"])
+def test_an_empty_path_is_no_name_of_the_current_directory(stackdsl: Stackdsl, tmp_path: Path, command: str) -> None:
+    write(tmp_path, GOOD, "good.yaml")
+    done = stackdsl(command, "")
+    assert (done.code, "the path is empty" in done.text) == (ExitCode.USAGE, True)
+    assert not (tmp_path / "golden").exists()
+
+
+def test_a_directory_of_golden_files_that_is_not_there_has_no_pending_changes(stackdsl: Stackdsl) -> None:
+    done = stackdsl("golden", "--golden", "nope", "status")
+    assert (done.code, "there is no directory 'nope'" in done.text) == (ExitCode.USAGE, True)
