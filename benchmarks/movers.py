@@ -97,7 +97,7 @@ def _exact_with(name: str, settings: Any) -> System:  # noqa: ANN401 -- of any e
     return replace(SYSTEMS["exact"], name=name, engine=settings)
 
 
-# What moves bricks, with the rooms and modules that it needs. `edge_normals` and `contacts` only repair PyBullet.
+# The compared systems. Only `pybullet-exact` needs the modules in `REPAIRS`, which correct contacts of PyBullet.
 ENGINES: Final = Path(__file__).parent.parent / "stability" / "engines"
 REPAIRS: Final = {"edge_normals.py", "contacts.py"}
 MOVERS: Final[Mapping[str, System]] = {

@@ -158,7 +158,7 @@ class BrickTrack:
 
     @property
     def stands_again(self) -> bool:
-        """Whether the brick counts as fallen after a hit, although it stands within its limits at the end, by proof."""
+        """Return true if the brick fell by the rule for hits, but ends within the limits of a fall, proven to stand."""
         limit = COLLAPSE_SHARE_OF_SMALLEST_SIDE * self.brick.shape.least_thickness
         within = self.rest.position_W[2] - self.final.position_W[2] <= limit and self.end_tilt <= COLLAPSE_TILT
         return self.state is BrickState.FALLEN and self.sunk is not None and self.frozen and within

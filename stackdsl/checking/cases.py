@@ -86,7 +86,7 @@ class Case(Displayed):
 
     @property
     def is_in_file(self) -> bool:
-        """Whether commands on its file select this case: the file is YAML, and Python gave no variable a value."""
+        """Return true if commands on its file select this case: it is YAML, and no variable has a value from Python."""
         places = (self.written.value_spans.get(("matrix", name)) for name, _ in self.parameters)
         in_yaml = self.file == STDIN_SHOWN or Path(self.file).suffix.lower() in SUFFIXES
         return in_yaml and not any(place is not None and place.key for place in places)

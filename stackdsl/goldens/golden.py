@@ -490,7 +490,7 @@ class Pending:
 
     @property
     def unclear(self) -> Unclear:
-        """What the golden file will not lock."""
+        """Return the unclear observations, which the golden file does not lock."""
         return _visible_unclear(unclear_in(json.loads(self.text)))
 
     def is_stale(self, goldens: "PendingStore") -> bool:

@@ -99,7 +99,7 @@ class TrackedBrick:
 
     @property
     def lies(self) -> bool:
-        """Whether it lies somewhere once it is at rest, as it fell, or was thrown or dropped."""
+        """Return whether the brick fell, was thrown or was dropped, so that at rest it lies and does not stand."""
         return self.left_at is not None or self.placement.hits
 
     def _wait_for_rest(self, time: float, state: BodyState) -> None:

@@ -79,7 +79,7 @@ def _action(action: Action, longer: float) -> Action:
 
 # The systems for scenarios: engine settings, with or without a stability extension.
 #
-# Without PyBullet, systems with an extension use MuJoCo instead (docs/design/architecture.md).
+# Without PyBullet, `thesis` uses MuJoCo instead (docs/design/architecture.md).
 
 
 class Method(Enum):

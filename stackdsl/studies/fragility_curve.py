@@ -69,7 +69,7 @@ class FitTest:
 
     @property
     def refuses(self) -> bool:
-        """Whether the test rejects the lognormal curve."""
+        """Return true if the test rejects the lognormal curve."""
         return self.p < self.level
 
     @property

@@ -1,4 +1,4 @@
-"""Whether the engine is compiled on this machine; `python -m stability.engines.rigid` compiles it during a set-up."""
+"""Check for the engine's machine code, which exists after its first use or `python -m stability.engines.rigid`."""
 
 from logging import getLogger
 from pathlib import Path
