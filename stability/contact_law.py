@@ -1,13 +1,17 @@
 """The law of a contact: the admissible forces at a point, and the coefficient of friction of two bodies.
 
-Only `Contact.law` defines the set of forces. The checks of proofs use its methods, so they hold for any law. Solvers
-support a Coulomb cone with its tip anywhere on the normal (`is_shifted_cone`); initial motions, their uniqueness and
-placement errors support `Coulomb` only, and refuse other laws (`coulomb_coefficients`).
+Only `Contact.law` defines the set of forces. The checks of proofs use its methods, so they hold for any law. Verdicts
+and load factors support any law with `borders`; margins against acceleration a Coulomb cone with its tip anywhere on
+the normal (`is_shifted_cone`); initial motions, their uniqueness and placement errors support `Coulomb` only, and
+refuse other laws (`coulomb_coefficients`).
+
+A set with bounded forces is a sum of two: of the forces that it bears of any size, which are a cone (`unbounded`), and
+of a bounded set. Proofs may be added as long as all but one of them use forces of the cone only.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
 from math import inf, sqrt
 from typing import Any, ClassVar, Final, Self, TypeAlias
@@ -35,7 +39,7 @@ class ContactLaw(ABC):
 
     # True if the set contains all sums of its forces. Otherwise proofs with this law must not be added.
     is_cone: ClassVar[bool]
-    # True if the set is a Coulomb cone with its tip at `least_normal`. Solvers support no other law.
+    # True if the set is a Coulomb cone with its tip at `least_normal`.
     is_shifted_cone: ClassVar[bool] = False
 
     friction: Numbers  # Coulomb coefficient: increase of the greatest friction per normal force
@@ -44,6 +48,20 @@ class ContactLaw(ABC):
     @abstractmethod
     def least_normal(self) -> Numbers:
         """Return the least normal force [N]; negative if the contact can pull."""
+
+    @property
+    @abstractmethod
+    def borders(self) -> tuple[tuple[Numbers, Numbers], ...]:
+        """Return lines over the normal force, as intercept [N] and slope: friction is at most the least of them."""
+
+    @property
+    @abstractmethod
+    def unbounded(self) -> "Coulomb":
+        """Return the cone of forces that the contact bears multiplied by any factor, also added to any other force."""
+
+    @abstractmethod
+    def smooth(self) -> Self:
+        """Return the law of the same contact without friction that grows with the normal force."""
 
     @abstractmethod
     def greatest_friction(self, normal: Numbers) -> Numbers:
@@ -66,6 +84,13 @@ class ContactLaw(ABC):
         import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
 
         return np.minimum(normal - self.least_normal, self.greatest_friction(normal) - tangential)
+
+    def is_sound(self) -> bool:
+        """Return whether all numbers of the law are finite and not negative."""
+        import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
+
+        numbers = [getattr(self, each.name) for each in fields(self)]
+        return all(bool((np.isfinite(each) & (np.asarray(each) >= 0.0)).all()) for each in numbers)
 
     def violation(self, normal: Numbers, tangential: Numbers) -> Numbers:
         """Return the distance of a force outside the set [N]; 0 inside and on its border."""
@@ -92,6 +117,20 @@ class Coulomb(ContactLaw):
     is_cone = True
     is_shifted_cone = True
     least_normal = 0.0
+
+    @property
+    def borders(self) -> tuple[tuple[Numbers, Numbers], ...]:
+        """Return the side of the cone."""
+        return ((0.0 * self.friction, self.friction),)
+
+    @property
+    def unbounded(self) -> "Coulomb":
+        """Return the law itself."""
+        return self
+
+    def smooth(self) -> "Coulomb":
+        """Return the law with a coefficient of zero."""
+        return self.with_friction(0.0)
 
     def greatest_friction(self, normal: Numbers) -> Numbers:
         """Return the coefficient times the normal force."""
@@ -136,12 +175,125 @@ class Coulomb(ContactLaw):
         return np.multiply(press, short, out=np.zeros_like(short), where=short > 0.0)
 
 
+@dataclass(frozen=True, slots=True)
+class MohrCoulomb(ContactLaw):
+    """A joint that pulls: Mohr and Coulomb's law with a cut-off of tension, and a bound of shear.
+
+    Friction is at most `cohesion` plus the coefficient times the normal force, and never more than `shear`.
+    """
+
+    is_cone = False
+
+    tension: Numbers  # [N] greatest pull
+    cohesion: Numbers  # [N] greatest friction without normal force
+    shear: Numbers = inf  # [N] greatest friction at any normal force; inf for no such bound
+
+    @property
+    def least_normal(self) -> Numbers:
+        """Return the pull, which ends where no friction is left."""
+        import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
+
+        friction, cohesion = np.asarray(self.friction, dtype=float), np.asarray(self.cohesion, dtype=float)
+        tip = np.divide(cohesion, friction, out=np.full(np.shape(friction + cohesion), inf), where=friction > 0.0)
+        return -np.minimum(self.tension, tip)
+
+    @property
+    def borders(self) -> tuple[tuple[Numbers, Numbers], ...]:
+        """Return the line of Mohr and Coulomb, and the bound of shear."""
+        return (self.cohesion, self.friction), (self.shear, 0.0 * self.friction)
+
+    @property
+    def unbounded(self) -> Coulomb:
+        """Return the cone of Coulomb, or the normal alone if shear is bounded."""
+        import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
+
+        slope = np.where(np.isinf(self.shear), self.friction, 0.0)
+        return Coulomb(slope if slope.ndim else float(slope))
+
+    def smooth(self) -> "MohrCoulomb":
+        """Return the law with friction up to the cohesion only."""
+        import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
+
+        return replace(self, shear=np.minimum(self.shear, self.cohesion))
+
+    def is_sound(self) -> bool:
+        """Return whether the numbers are not negative, and finite except for the bound of shear."""
+        import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
+
+        finite = np.where(np.isinf(self.shear), 0.0, self.shear)
+        return ContactLaw.is_sound(replace(self, shear=finite))
+
+    def greatest_friction(self, normal: Numbers) -> Numbers:
+        """Return the cohesion and the friction of the normal force, up to the bound of shear."""
+        import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
+
+        return np.minimum(self.cohesion + self.friction * normal, self.shear)
+
+    def lift(self, sliding: Numbers) -> Numbers:
+        """Return the opening speed of a slip along the steepest force; zero if shear is bounded."""
+        import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
+
+        return np.where(np.isinf(self.shear), self.friction, 0.0) * sliding
+
+    def _corners(self) -> tuple[Numbers, Numbers, Numbers, Numbers]:
+        """Return the least normal force with its greatest friction, and the point where the bound of shear begins.
+
+        The second point is infinitely far away if shear is not bounded.
+        """
+        import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
+
+        least = np.asarray(self.least_normal, dtype=float)
+        low = np.maximum(self.greatest_friction(least), 0.0)
+        slope, height = np.broadcast_arrays(np.asarray(self.friction, dtype=float), np.asarray(self.shear - low))
+        flat = np.where(height > 0.0, np.where(slope > 0.0, inf, 0.0), 0.0)
+        rise = np.divide(height, slope, out=flat.astype(float), where=(slope > 0.0) & (height > 0.0) & (height < inf))
+        return least, low, least + rise, np.where(slope > 0.0, np.maximum(self.shear, low), low)
+
+    def project(self, normal: Numbers, tangential: Numbers) -> tuple[Numbers, Numbers]:
+        """Return the force itself, or the nearest point of the three sides of the set."""
+        import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
+
+        least, low, start, high = self._corners()
+        friction = self.friction + np.zeros(np.shape(start))
+        share = np.clip((normal - least + friction * (tangential - low)) / (1.0 + friction * friction), 0.0, start - least)
+        bounded = np.isfinite(start)
+        sides = [
+            (least + 0.0 * normal, np.clip(tangential, 0.0, low)),
+            (least + share, low + friction * share),
+            (np.where(bounded, np.maximum(normal, start), inf), np.where(bounded, high, 0.0) + 0.0 * normal),
+        ]
+        nearest_n, nearest_t = sides[0]
+        for n, t in sides[1:]:
+            nearer = (n - normal) ** 2 + (t - tangential) ** 2 < (nearest_n - normal) ** 2 + (nearest_t - tangential) ** 2
+            nearest_n, nearest_t = np.where(nearer, n, nearest_n), np.where(nearer, t, nearest_t)
+        inside = self.spare(normal, tangential) >= 0.0
+        return np.where(inside, normal, nearest_n), np.where(inside, tangential, nearest_t)
+
+    def support(self, opening: Numbers, sliding: Numbers, press: Numbers = inf) -> Numbers:
+        """Return the power at the corner of the set that takes most, and beyond it what `press` allows."""
+        import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
+
+        least, low, start, high = self._corners()
+        most = np.maximum(-least * opening, low * sliding - least * opening)
+        within = np.isfinite(start) & (start <= press)
+        corner = np.where(within, high, 0.0) * sliding - np.where(within, start, 0.0) * opening
+        most = np.maximum(most, np.where(within, corner, -inf))
+        short = self.shortfall(opening, sliding) > 0.0
+        pressed = np.where(np.isinf(press), 0.0, press)
+        far = self.greatest_friction(pressed) * sliding - pressed * opening
+        return np.where(short, np.where(np.isinf(press), inf, np.maximum(most, far)), most)
+
+
+class OtherLawError(NotImplementedError):
+    """An analysis does not support the law of a contact."""
+
+
 def coulomb_coefficients(laws: Iterable[ContactLaw]) -> list[float]:
-    """Return the coefficients of Coulomb's laws. Raises NotImplementedError for any other law."""
+    """Return the coefficients of Coulomb's laws. Raises OtherLawError for any other law."""
     coefficients = []
     for law in laws:
         if not isinstance(law, Coulomb):
-            raise NotImplementedError(f"this analysis supports Coulomb friction only, not {type(law).__name__}")
+            raise OtherLawError(f"this analysis supports dry friction only, not {type(law).__name__}")
         coefficients.append(law.friction)
     return coefficients
 

@@ -66,6 +66,11 @@ class Problem:
     contacts: Sequence[Contact]
     loads: Mapping[BodyId, Wrench]  # on each brick, including its weight
 
+    @property
+    def has_joints(self) -> bool:
+        """Return whether some contact forces are bounded, so that proofs of equilibrium cannot all be added."""
+        return not all(contact.law.is_cone for contact in self.contacts)
+
 
 ConeForces: TypeAlias = tuple[tuple[Vec3, ...], ...]  # forces by point, then by normal
 

@@ -10,6 +10,7 @@ from stability.analysis.acceleration_cut import least_prestress
 from stability.analysis.acceleration_margin import AccelerationMargin, acceleration, tilt
 from stability.analysis.placement_margin import PlacementMargin, placement
 from stability.analysis.weakest import Weakest, weakest, weakest_at
+from stability.contact_law import coulomb_coefficients
 from stability.geometry.vectors import add, admit_in_range, listed
 from stability.model import GROUND, BodyId
 from stability.notebook import Display, Displayed, display_of
@@ -77,8 +78,10 @@ def least_friction(
 ) -> FrictionMargin:
     """Return the least factor on all friction coefficients that still allows equilibrium, to a relative `tolerance`.
 
-    Only equilibrium is required; the forces may include self-stress.
+    Only equilibrium is required; the forces may include self-stress. Raises OtherLawError for bricks with joints, whose
+    strength does not follow from friction alone.
     """
+    coulomb_coefficients(contact.law for contact in problem.contacts)
     smooth = balance(_with_friction(problem, 0.0), tolerances)
     if smooth.forces is not None:
         return FrictionMargin(0.0, 0.0, 0.0, smooth.forces, None)

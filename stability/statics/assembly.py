@@ -26,6 +26,7 @@ from stability.geometry.vectors import (
     subtract,
 )
 from stability.graph import reached
+from stability.joints import DRY, Joints, admit_joints
 from stability.model import EARTH, GROUND, BodyId, Brick, ConvexShape, Plane, Pose, Vec3
 from stability.problem import (
     Contact,
@@ -275,6 +276,11 @@ class AssemblyAnswers:
         return self._structure.friction
 
     @property
+    def joints(self) -> Joints:
+        """Return the joints that hold bodies together."""
+        return self._structure.joints
+
+    @property
     def gravity(self) -> float:
         """Return the acceleration of free fall [m/s2]."""
         return self._structure.gravity
@@ -302,7 +308,7 @@ class AssemblyAnswers:
     def contacts(self, brick: BodyId) -> Sequence[Contact]:
         """Return the contacts of a brick with bricks and planes."""
         self._reject_unknown([brick])
-        return tuple(self._structure.touching[brick].values())
+        return tuple(self._structure.contacts_of([brick]))
 
     def all_contacts(self) -> Sequence[Contact]:
         """Return all contacts, each once."""
@@ -461,6 +467,7 @@ class CountedGaps:
     gravity: float  # [m/s2]
     tolerances: Tolerances
     tables: tuple[Placed, ...]
+    joints: Joints
     _answer: float | None = field(default=None, init=False)
 
     def within(self) -> float:
@@ -485,7 +492,8 @@ class CountedGaps:
 
     def _is_stable(self, within: float) -> bool:
         tolerances = replace(self.tolerances, within=min(within, self.tolerances.within))
-        assembly = Assembly(self.planes, self.friction, self.gravity, tolerances, self.tables, overlap=inf)
+        site = self.planes, self.friction, self.gravity, tolerances, self.tables
+        assembly = Assembly(*site, overlap=inf, joints=self.joints)
         return assembly.add_all(self.bricks, names_smallest=False).stability is Stability.STABLE
 
 
@@ -512,21 +520,24 @@ class Assembly(AssemblyAnswers):
         tables: Iterable[Placed] = (),
         *,
         overlap: float = OVERLAP,
+        joints: Joints = DRY,
     ) -> None:
         """Start with the fixed bodies: planes, and `tables`, which are boxes that never move.
 
         `friction` is the Coulomb coefficient between bricks and on tables, or a `Friction` if it differs by brick or by
         pair; `gravity` is along -z [m/s2]. A new brick that overlaps another body by more than `overlap` [m], or by so
-        much that the two would not count as touching, is a ValueError; with `inf` no overlap is.
+        much that the two would not count as touching, is a ValueError; with `inf` no overlap is. `joints` hold bodies
+        together; their verdicts are those of limit analysis, in which a joint that yields keeps its force.
         """
         planes, tables = listed(planes, "planes, such as [Plane(...)]"), listed(tables, "tables, such as [Placed(...)]")
         admit_site(planes, tables, friction, gravity)
         admit_overlap(overlap)
+        admit_joints(joints)
         if not isinstance(tolerances, Tolerances):
             raise TypeError(f"expected Tolerances(...), not {short_repr(tolerances)}")
         self._overlap = overlap
         self._fixed = {plane.id for plane in planes} | {table.brick.id for table in tables}
-        self._working = Prover(Structure(planes, tables, friction, gravity, tolerances))
+        self._working = Prover(Structure(planes, tables, friction, gravity, tolerances, joints))
         self._last_verdict: JournaledDict[str, Verdict] = JournaledDict(
             self._working.structure.journal
         )  # the last verdict
@@ -549,7 +560,7 @@ class Assembly(AssemblyAnswers):
     def __reduce__(self) -> "tuple[Callable[..., Assembly], tuple[object, ...]]":
         """Return the fixed bodies and the state for pickle."""
         structure = self._structure
-        site = self.planes, self.friction, self.gravity, structure.tolerances, self.tables, self._overlap
+        site = self.planes, self.friction, self.gravity, structure.tolerances, self.tables, self._overlap, self.joints
         return _made_again, (type(self), site, self._prover.state(), self._verdict)
 
     # --- changes ------------------------------------------------------------------------------------------------------
@@ -669,12 +680,12 @@ class Assembly(AssemblyAnswers):
         if not across:
             return ()
         bricks, site = tuple(structure.bricks.values()), (structure.planes, structure.friction, structure.gravity)
-        return (CountedGaps(bricks, across, *site, structure.tolerances, structure.tables),)
+        return (CountedGaps(bricks, across, *site, structure.tolerances, structure.tables, structure.joints),)
 
 
 def _made_again(kind: type[Assembly], site: tuple[Any, ...], known: ProverState, verdict: Verdict) -> Assembly:
-    *others, overlap = site
-    made = kind(*others, overlap=overlap)
+    *others, overlap, joints = site
+    made = kind(*others, overlap=overlap, joints=joints)
     made.restore(AssemblyState(made, known, verdict))
     return made
 

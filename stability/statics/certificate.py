@@ -24,13 +24,14 @@ class Tally:
     """Sums of cone forces by contact. Added forces are stored, and summed on demand."""
 
     def __init__(self) -> None:
-        self._noted: dict[BodyId, dict[BodyId, tuple[Contact, list[ConeForces | VerticalLoad]]]] = {}  # by lower, upper
+        # by lower body, then by upper body and, for the contacts of a joint, their points
+        self._noted: dict[BodyId, dict[object, tuple[Contact, list[ConeForces | VerticalLoad]]]] = {}
 
     def _of(self, contact: Contact) -> list[ConeForces | VerticalLoad]:
-        onto = self._noted.setdefault(contact.lower, {})
-        if contact.upper not in onto:
-            onto[contact.upper] = contact, []
-        return onto[contact.upper][1]
+        onto, key = self._noted.setdefault(contact.lower, {}), _key(contact)
+        if key not in onto:
+            onto[key] = contact, []
+        return onto[key][1]
 
     def add(self, contact: Contact, forces: ConeForces) -> None:
         """Add forces at the points of a contact."""
@@ -45,12 +46,16 @@ class Tally:
 
         Raises ValueError for a contact without vertical forces.
         """
-        _, noted = self._noted.get(contact.lower, {}).get(contact.upper, (contact, []))
+        _, noted = self._noted.get(contact.lower, {}).get(_key(contact), (contact, []))
         return _summed(contact, noted)
 
     def onto(self, lower: BodyId) -> list[tuple[Contact, ConeForces]]:
         """Return the contacts whose lower body is this one, with the sums of forces at their points."""
         return [(contact, _summed(contact, noted)) for contact, noted in self._noted.get(lower, {}).values()]
+
+
+def _key(contact: Contact) -> object:
+    return contact.upper if contact.law.is_cone else (contact.upper, contact.points_W)
 
 
 def _summed(contact: Contact, noted: Sequence[ConeForces | VerticalLoad]) -> ConeForces:

@@ -11,6 +11,7 @@ from stability.geometry.vectors import add_scaled, scale
 from stability.model import BodyId, Vec3
 from stability.problem import ZERO, Forces, Motion, Problem, Tolerances
 from stability.statics.conic_program import SOLVED, ConicProgram, Solver, clarabel_solve, quick_solve, solve
+from stability.statics.load_factor import yielding
 from stability.statics.proof import check_forces, check_motion, least_separating_speed
 from stability.statics.propagation import is_held_upright
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
@@ -39,7 +40,11 @@ class ContactSeparation:
 
 
 def separating_motion(problem: Problem, solver: Solver = clarabel_solve) -> Motion | None:
-    """Return a motion that is proven to open every contact strictly; None if none is found."""
+    """Return a motion that is proven to open every contact strictly; None if none is found.
+
+    Bounded pulls of joints do not count: these may balance each other, but only up to their bounds.
+    """
+    problem = _without_bounded_forces(problem)
     rising = next(_opening(problem), None)
     if rising is not None:
         return rising
@@ -53,11 +58,18 @@ def separating_velocities(problem: Problem, moving: Collection[BodyId]) -> Mappi
     """Return velocities, at most 1, that strictly open all contacts of moving bricks with the rest fixed; or None."""
     bricks = {name: problem.bricks[name] for name in sorted(moving)}
     contacts = [c for c in problem.contacts if c.lower in bricks or c.upper in bricks]
-    part = replace(problem, bricks=bricks, contacts=contacts)
+    part = _without_bounded_forces(replace(problem, bricks=bricks, contacts=contacts))
     for motion in _opening(part):
         fastest = max(hypot(*velocity) for velocity, _ in motion.velocity.values())
         return {name: scale(1.0 / fastest, velocity) for name, (velocity, _) in motion.velocity.items()}
     return None
+
+
+def _without_bounded_forces(problem: Problem) -> Problem:
+    """Return the problem with the cone of each law only: the forces that a contact bears of any size."""
+    if not problem.has_joints:
+        return problem
+    return replace(problem, contacts=[replace(contact, law=contact.law.unbounded) for contact in problem.contacts])
 
 
 def _opening(problem: Problem) -> Iterator[Motion]:
@@ -119,7 +131,11 @@ def layers(problem: Problem) -> Mapping[BodyId, int]:
 
 
 def widest_separation(problem: Problem, solver: Solver = clarabel_solve) -> ContactSeparation | None:
-    """Return the motion with the largest sum of limited separations: contacts that it keeps shut, no motion opens."""
+    """Return the motion with the largest sum of limited separations: contacts that it keeps shut, no motion opens.
+
+    Bounded pulls of joints do not count.
+    """
+    problem = _without_bounded_forces(problem)
     system = wrench_matrix(problem, whole=True, carried=dict.fromkeys(problem.bricks, 1.0))
     room = ROOM * (1 + len(problem.bricks))
     point = solve(_program(system, len(problem.contacts), room), ACCURACY, solver)
@@ -162,6 +178,7 @@ def _program(system: WrenchMatrix, contacts: int, room: float) -> ConicProgram:
 MOST_CORRECTIONS = 3  # of forces; an error that remains after them is not rounding
 HOPELESS = 1e-6  # share of the load capacity: a larger residual is not rounding
 FAINT = 1e-8  # share of a usual force by which even a contact without pressure may be corrected
+NEARLY = 1e-9  # share of the load factor that the solver may miss: forces are tried up to here
 # speeds of a separating motion, relative to the fastest brick, that are mixed into a motion
 MIXED = (1e-11, 1e-9, 1e-7, 1e-5)
 DENSE = 90  # columns up to which dense matrices are faster than the import of sparse ones
@@ -184,6 +201,8 @@ def balance(
     solver: Solver = clarabel_solve,
 ) -> Balance:
     """Return proven forces that balance a problem, or a proven motion; neither, with a note, if there is no proof."""
+    if problem.has_joints:
+        return _yielding_balance(problem, tolerances, solver)
     system = wrench_matrix(problem)
     notes = []
     for build, accuracy in ATTEMPTS:
@@ -201,6 +220,29 @@ def balance(
     return Balance(None, None, "; ".join(notes))
 
 
+# Requested accuracies of the program for bounded forces, tried in turn, the second time in the units of its own forces.
+ACCURACIES = (1e-12, 1e-12, 1e-10, 1e-8)
+
+
+def _yielding_balance(problem: Problem, tolerances: Tolerances, solver: Solver) -> Balance:
+    """Return the balance of a problem with bounded contact forces, by its load factor."""
+    carried: Mapping[BodyId, float] | None = None
+    notes = []
+    for accuracy in ACCURACIES:
+        system = wrench_matrix(problem, any_law=True, carried=carried)
+        point = yielding(system, system.loads, None, accuracy, solver)
+        if isinstance(point, str):
+            notes.append(point)
+            continue
+        forces = proven_forces(problem, system, point.rows, tolerances) if not point.share > 1.0 + NEARLY else None
+        motion = None if forces else proven_motion(problem, system, point.columns, tolerances)
+        if forces or motion:
+            return Balance(forces, motion, "")
+        notes.append(f"load factor to {accuracy:g}: {point.status}, but the returned point is not a proof")
+        carried = carried or system.greatest_forces(point.rows)
+    return Balance(None, None, "; ".join(notes))
+
+
 def falling_motion(
     problem: Problem,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
@@ -212,6 +254,11 @@ def falling_motion(
     """
     if is_held_upright(problem):
         return None
+    if problem.has_joints:
+        system = wrench_matrix(problem, any_law=True)
+        yields = yielding(system, system.loads, None, QUICK, solver)
+        stands = isinstance(yields, str) or (yields.status == SOLVED and yields.share <= 1.0)
+        return None if isinstance(yields, str) or stands else proven_motion(problem, system, yields.columns, tolerances)
     system = wrench_matrix(problem)
     point = solve(_held(system), QUICK, solver)
     if isinstance(point, str) or point.status == SOLVED:
@@ -256,7 +303,7 @@ def proven_forces(problem: Problem, system: WrenchMatrix, rows: Array, tolerance
     for _ in range(1 + MOST_CORRECTIONS):
         if not np.isfinite(rows).all():
             return None
-        rows = system.rows.project(rows)
+        rows = system.project(rows)
         residual = system.matrix.T @ rows + system.loads
         if np.abs(residual).max(initial=0.0) > HOPELESS:
             return None
@@ -269,8 +316,8 @@ def proven_forces(problem: Problem, system: WrenchMatrix, rows: Array, tolerance
 
 def _correction(system: WrenchMatrix, rows: Array, residual: Array) -> Array:
     """Return the smallest change that removes the residual, weighted by force so that no force changes sign."""
-    normal = system.rows.by_row(rows[system.rows.normals])
-    weight = normal * normal + FAINT
+    room = system.room(rows)
+    weight = room * room + FAINT
     change: Array = -weight * (system.matrix @ _solved(system.matrix, weight, residual))
     return change
 

@@ -317,7 +317,12 @@ MOST_EXACT_POINTS = 100  # of contacts: with more, making a start exact takes se
 
 
 def find_start(problem: Problem, tolerances: Tolerances) -> InitialMotion | None:
-    """Return a proven start of bricks that can rest, for any number of bricks; None if a short search finds none."""
+    """Return a proven start of bricks that can rest, for any number of bricks; None if a short search finds none.
+
+    None also for bricks with joints, whose motions are not searched.
+    """
+    if problem.has_joints:
+        return None
     if sum(len(contact.points_W) for contact in problem.contacts) > MOST_EXACT_POINTS:
         return _without_forces(problem, tolerances)
     return _found(problem, start_equations(problem), tolerances)

@@ -114,8 +114,13 @@ class _Search:
         return self._least(motion, by_brick=False) or motion
 
     def _least(self, motion: Motion, by_brick: bool) -> Motion | None:
-        """Return a proven motion of least speed: the sum over bricks, or the norm of all together, weighted by mass."""
+        """Return a proven motion of least speed: the sum over bricks, or the norm of all together, weighted by mass.
+
+        None for bricks with joints, which take power from a motion.
+        """
         problem = self.of(motion.velocity)
+        if problem.has_joints:
+            return None
         system = wrench_matrix(problem, whole=True)
         columns = system.columns_of(motion)
         weights = _by_slowness(system, columns) if by_brick else _by_energy(system, problem)

@@ -67,8 +67,7 @@ class PointLaws:
 
     def are_sound(self) -> bool:
         """Return whether the numbers of all laws are not negative and not NaN."""
-        numbers = [getattr(law, name) for _, law in self.of_kinds for name in _numbers_of(law)]
-        return all(np.isfinite(each).all() and (each >= 0.0).all() for each in numbers)
+        return all(law.is_sound() for _, law in self.of_kinds)
 
     def violation(self, normal: Array, tangential: Array) -> Array:
         """Return by how much each force violates the law of its contact [N]."""
@@ -91,12 +90,9 @@ class PointLaws:
 
 def _stacked(laws: Sequence[ContactLaw], points: Indices) -> ContactLaw:
     """Return one law for the points of contacts whose laws are of one kind."""
-    numbers = [np.array([getattr(law, name) for law in laws], dtype=float) for name in _numbers_of(laws[0])]
+    names = [each.name for each in fields(laws[0])]
+    numbers = [np.array([getattr(law, name) for law in laws], dtype=float) for name in names]
     return type(laws[0])(*(np.repeat(each, points) for each in numbers))
-
-
-def _numbers_of(law: ContactLaw) -> list[str]:
-    return [each.name for each in fields(law)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

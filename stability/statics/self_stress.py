@@ -44,7 +44,9 @@ def forces_without_self_stress(
         remaining = _without(problem, left_out, tolerances, solver)
         if remaining is not None and separating_motion(_less(problem, left_out), solver) is not None:
             return remaining
-    unforced = _along_normals(problem, tolerances, solver) or elastic_rest(problem, tolerances)
+    unforced = _along_normals(problem, tolerances, solver)
+    if unforced is None and not problem.has_joints:
+        unforced = elastic_rest(problem, tolerances)
     return unforced or _one_by_one(problem, _shut(problem, widest), tolerances, solver)
 
 
@@ -61,9 +63,7 @@ def _choices(problem: Problem, forces: Forces, widest: ContactSeparation) -> Ite
 
 def _along_normals(problem: Problem, tolerances: Tolerances, solver: Solver) -> Forces | None:
     """Return forces along normals alone; they leave rest as the only motion for any self-stress (`guarantee`)."""
-    smooth = replace(
-        problem, contacts=[replace(contact, law=contact.law.with_friction(0.0)) for contact in problem.contacts]
-    )
+    smooth = replace(problem, contacts=[replace(contact, law=contact.law.smooth()) for contact in problem.contacts])
     several = {i for i, contact in enumerate(problem.contacts) if len(contact.normals_W) > 1}
     return _without(smooth, several, tolerances, solver)
 

@@ -12,6 +12,7 @@ from stability.contacts.filled_gaps import ROOM, is_filled
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import apart, apart_from_plane
 from stability.graph import reached
+from stability.joints import DRY, Joints
 from stability.model import BodyId, Plane, Vec3
 from stability.problem import Contact, Placed, Problem, Tolerances, Wrench
 from stability.statics.journal import Journal, JournaledDict, JournaledNeighbours
@@ -35,6 +36,7 @@ class StructureState:
     turn: Mapping[BodyId, int]
     solids: Mapping[BodyId, Solid]
     across_gaps: Mapping[tuple[BodyId, BodyId], Contact]
+    joined: Mapping[tuple[BodyId, BodyId], tuple[Contact, ...]]
 
 
 @dataclass
@@ -49,6 +51,7 @@ class Structure:
     friction: GivenFriction  # between bricks
     gravity: float  # [m/s2]
     tolerances: Tolerances
+    joints: Joints = DRY
     journal: Journal = field(default_factory=Journal)  # undoes an interrupted change
     bricks: JournaledDict[BodyId, Placed] = field(init=False)
     touching: JournaledDict[BodyId, dict[BodyId, Contact]] = field(init=False)  # by brick, then by other body
@@ -57,6 +60,8 @@ class Structure:
     cores: JournaledDict[BodyId, LoadCore] = field(init=False)
     weights: JournaledDict[BodyId, VerticalLoad] = field(init=False)  # the weight of each brick
     across_gaps: JournaledDict[tuple[BodyId, BodyId], Contact] = field(init=False)  # by lower and upper body
+    # by lower and upper body: the contacts that joints add to that in `touching`
+    joined: JournaledDict[tuple[BodyId, BodyId], tuple[Contact, ...]] = field(init=False)
     _turn: JournaledDict[BodyId, int] = field(init=False)  # the order in which the cores were computed
     _law: Friction = field(init=False)
     _solids: JournaledDict[BodyId, Solid] = field(init=False)
@@ -79,6 +84,7 @@ class Structure:
             JournaledDict(self.journal),
         )
         self.across_gaps, self._solids = JournaledDict(self.journal), JournaledDict(self.journal)
+        self.joined = JournaledDict(self.journal)
         self._neighbours = JournaledNeighbours(journal=self.journal)
         self._law = as_friction(self.friction)
         for placed in self.tables:
@@ -149,6 +155,12 @@ class Structure:
         lower, upper = contact.lower, contact.upper
         if contact.gaps:
             self.across_gaps[lower, upper] = contact
+        if self.joints.rules:
+            bodies = {placed.brick.id: placed for placed in self.tables}
+            bodies |= {name: self.bricks[name] for name in (lower, upper) if name in self.bricks}
+            added = self.joints.contacts(contact, bodies)
+            if added:
+                self.joined[lower, upper] = added
         for body, other in ((lower, upper), (upper, lower)):
             if body in self.bricks:
                 self.touching[body] = {**self.touching[body], other: contact}
@@ -162,6 +174,7 @@ class Structure:
         for contact in contacts:
             lower, upper = contact.lower, contact.upper
             self.across_gaps.pop((lower, upper), None)
+            self.joined.pop((lower, upper), None)
             for body, other in ((lower, upper), (upper, lower)):
                 if body in self.bricks:
                     self.touching[body] = {each: c for each, c in self.touching[body].items() if each != other}
@@ -203,6 +216,7 @@ class Structure:
         touched = self.touching.pop(brick)
         for contact in touched.values():
             self.across_gaps.pop((contact.lower, contact.upper), None)
+            self.joined.pop((contact.lower, contact.upper), None)
         beside = [other for other in touched if other in self.bricks]
         for other in beside:
             self.touching[other] = {body: c for body, c in self.touching[other].items() if body != brick}
@@ -231,6 +245,7 @@ class Structure:
             dict(self._turn),
             dict(self._solids),
             dict(self.across_gaps),
+            dict(self.joined),
         )
 
     def restore(self, state: StructureState) -> None:
@@ -248,6 +263,7 @@ class Structure:
         self.cores.replace(state.cores)
         self.weights.replace(state.weights)
         self.across_gaps.replace(state.across_gaps)
+        self.joined.replace(state.joined)
         self._turn.replace(state.turn)
         self._turns = count(max([next(self._turns), *(turn + 1 for turn in state.turn.values())]))
 
@@ -281,12 +297,14 @@ class Structure:
         return {c.lower for brick in bricks for c in self.supports[brick] if c.lower in self.bricks}
 
     def contacts_of(self, group: Collection[BodyId]) -> list[Contact]:
-        """Return all contacts of a group, each once, in the order of the group."""
+        """Return all contacts of a group, each once, in the order of the group; those that joints add come last."""
         contacts: dict[tuple[BodyId, BodyId], Contact] = {}
         for brick in group:
             for contact in self.touching[brick].values():
                 contacts.setdefault((contact.lower, contact.upper), contact)
-        return list(contacts.values())
+        if not self.joined:
+            return list(contacts.values())
+        return [*contacts.values(), *(added for pair in contacts for added in self.joined.get(pair, ()))]
 
     def problem(self, group: Sequence[BodyId], contacts: Sequence[Contact]) -> Problem:
         """Return the equilibrium problem of a group under its weight."""

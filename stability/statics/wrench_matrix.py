@@ -14,9 +14,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from stability.contact_law import OtherLawError
 from stability.geometry.rows import Array, Indices, cross_rows
 from stability.model import BodyId, Vec3
 from stability.problem import ZERO, ConeForces, Forces, Motion, Problem, Wrench
+from stability.statics.bounded_rows import BoundedRows, bounded_rows
 from stability.statics.cone_rows import ConeRows, row_units, with_and_without
 from stability.work_limit import add_matrix
 
@@ -35,7 +37,7 @@ class Cones:
     upper: Indices
     points_W: Array  # (n, 3) [m]
     axes_W: Array  # (n, 3, 3) the unit normal and two tangents, by rows
-    friction: Array  # (n,)
+    friction: Array  # (n,) 1 for a law without friction that is no cone, as it bears tangential forces nevertheless
     tips_W: Array  # (n, 3) [N] force at the tip of the cone: zero, or a pull
 
 
@@ -60,6 +62,17 @@ class WrenchMatrix:
     column_scale: Array  # (6 bricks,) unit of force or torque [N, N m]
     kept: Indices  # (columns,) their indices among the 6 bricks
     pulls: Array  # (columns,) of the forces at the tips of the cones
+    bounded: BoundedRows | None = None  # the points with a law that is no cone, if any law was admitted
+
+    def project(self, rows: Array) -> Array:
+        """Return the nearest forces that all contacts can bear."""
+        nearest = self.rows.project(rows)
+        return nearest if self.bounded is None else self.bounded.project(rows, nearest)
+
+    def room(self, rows: Array) -> Array:
+        """Return by row the distance of its normal force from the least one."""
+        normal = rows[self.rows.normals]
+        return self.rows.by_row(normal if self.bounded is None else self.bounded.above_least(normal))
 
     def wrench_of(self, wrenches: Mapping[BodyId, Wrench]) -> Array:
         """Return wrenches on bricks, in the units and order of the columns."""
@@ -77,6 +90,14 @@ class WrenchMatrix:
         forces[self.round] = np.einsum("ij,ijk->ik", self.rows.triples(rows), self.cones.axes_W[self.round])
         forces[self.flat] = self.rows.singles(rows)[:, None] * self.cones.axes_W[self.flat, 0]
         return forces + self.cones.tips_W
+
+    def greatest_forces(self, rows: Array) -> dict[BodyId, float]:
+        """Return the greatest contact force on each brick [N], for forces of the rows; its load if no force is known."""
+        sizes = np.append(self.column_scale[0::6], 0.0)
+        forces = np.sqrt(np.square(self.forces_W(rows)).sum(axis=1))
+        for bodies in (self.cones.lower, self.cones.upper):
+            np.fmax.at(sizes, bodies, np.where(np.isfinite(forces), forces, 0.0))
+        return dict(zip(self.names, sizes[:-1].tolist(), strict=True))
 
     def rows_of(self, forces_W: Array) -> Array:
         """Return the forces of the rows from the contact force of each cone [N]."""
@@ -108,14 +129,17 @@ class WrenchMatrix:
         return columns
 
 
-def wrench_matrix(problem: Problem, whole: bool = False, carried: Mapping[BodyId, float] | None = None) -> WrenchMatrix:
+def wrench_matrix(
+    problem: Problem, whole: bool = False, carried: Mapping[BodyId, float] | None = None, *, any_law: bool = False
+) -> WrenchMatrix:
     """Return the matrix of a problem; if `whole`, with all columns, for other loads than its own.
 
-    `carried` is the load capacity of each brick [N]; by default the load passed down to it.
+    `carried` is the load capacity of each brick [N]; by default the load passed down to it. With `any_law` contacts may
+    have any law: the points of a law that is no cone have three rows and no tip, and the caller limits their forces.
     """
     names = tuple(sorted(problem.bricks))
     add_matrix(sum(len(c.points_W) * len(c.normals_W) for c in problem.contacts))
-    cones = cones_of(problem, names)
+    cones = cones_of(problem, names, any_law=any_law)
     force, length = _brick_scales(problem, names, passed_down(problem) if carried is None else carried)
     with_friction, without = with_and_without(cones.friction)
     rows = ConeRows(len(with_friction), len(without))
@@ -128,15 +152,17 @@ def wrench_matrix(problem: Problem, whole: bool = False, carried: Mapping[BodyId
     loads = wrench_array(names, problem.loads).ravel() / column_scale + pulls
     acts = np.ones(len(loads), dtype=bool) if whole else loads != 0.0
     matrix, kept = _kept(_matrix(problem, names, cones, row_cone, axis), acts, row_scale, column_scale)
+    limits = bounded_rows(problem.contacts, with_friction, row_scale) if any_law else None
     return WrenchMatrix(
-        names, cones, matrix, loads[kept], rows, with_friction, without, row_scale, column_scale, kept, pulls[kept]
+        names, cones, matrix, loads[kept], rows, with_friction, without, row_scale, column_scale, kept, pulls[kept], limits
     )
 
 
-def cones_of(problem: Problem, names: Sequence[BodyId]) -> Cones:
+def cones_of(problem: Problem, names: Sequence[BodyId], *, any_law: bool = False) -> Cones:
     """Return the friction cones of a problem; bricks are numbered as in `names`.
 
-    Raises NotImplementedError for a contact law other than a Coulomb cone, with its tip anywhere on the normal.
+    Unless `any_law`, raises OtherLawError for a contact law other than a Coulomb cone, with its tip anywhere on
+    the normal.
     """
     index = {name: i for i, name in enumerate(names)}
     contacts = problem.contacts
@@ -146,22 +172,22 @@ def cones_of(problem: Problem, names: Sequence[BodyId]) -> Cones:
     normals_W = [normal for c in contacts for _ in c.points_W for normal in c.normals_W]
 
     for contact in contacts:
-        if not contact.law.is_shifted_cone:
+        if not (any_law or contact.law.is_shifted_cone):
             law = f"{type(contact.law).__name__} of '{contact.upper}' on '{contact.lower}'"
-            raise NotImplementedError(f"no solver supports the contact law {law}: it is not a shifted Coulomb cone")
+            raise OtherLawError(f"this analysis does not support the contact law {law}: it is no Coulomb cone")
 
     def spread(values: list[int] | list[float]) -> Any:  # noqa: ANN401 -- integers or floats
         return np.repeat(np.array(values), sizes)
 
     axes_W = _axes(np.array(normals_W, dtype=float).reshape(-1, 3))
-    tips = spread([c.law.least_normal for c in contacts]).astype(float)
+    tips = spread([0.0 if any_law else c.law.least_normal for c in contacts]).astype(float)
     return Cones(
         shapes,
         spread([index.get(c.lower, len(names)) for c in contacts]).astype(np.int64),
         spread([index.get(c.upper, len(names)) for c in contacts]).astype(np.int64),
         np.array(points_W, dtype=float).reshape(-1, 3),
         axes_W,
-        spread([c.law.friction for c in contacts]).astype(float),
+        spread([c.law.friction or float(any_law and not c.law.is_cone) for c in contacts]).astype(float),
         tips[:, None] * axes_W[:, 0],
     )
 

@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stability.analysis.acceleration_margin import acceleration
+from stability.analysis.margins import least_friction
 from stability.analysis.placement_margin import placement
-from stability.contact_law import ContactLaw, Coulomb, Numbers
+from stability.contact_law import ContactLaw, Coulomb, MohrCoulomb, Numbers, OtherLawError
 from stability.geometry.box import Box
 from stability.model import Brick, Pose
 from stability.problem import UP, Contact, Forces, Motion, Placed, Problem, Tolerances, Wrench
@@ -37,6 +38,20 @@ class Glue(ContactLaw):
         """The pull."""
         return -self.pull
 
+    @property
+    def borders(self) -> tuple[tuple[Numbers, Numbers], ...]:
+        """The side of the cone."""
+        return ((self.friction * self.pull, self.friction),)
+
+    @property
+    def unbounded(self) -> Coulomb:
+        """The cone with its tip at zero."""
+        return Coulomb(self.friction)
+
+    def smooth(self) -> "Glue":
+        """The same without friction."""
+        return self.with_friction(0.0)
+
     def greatest_friction(self, normal: Numbers) -> Numbers:
         """That of the force above the tip."""
         return self.friction * (normal + self.pull)
@@ -59,7 +74,8 @@ class Glue(ContactLaw):
 sizes = st.floats(0.0, 1e3, allow_subnormal=False)
 signed = st.floats(-1e3, 1e3, allow_subnormal=False)
 coefficients = st.one_of(st.just(0.0), st.floats(1e-3, 10.0))
-laws = st.one_of(coefficients.map(Coulomb), st.builds(Glue, coefficients, sizes))
+joints = st.builds(MohrCoulomb, coefficients, sizes, sizes, st.one_of(st.just(np.inf), sizes))
+laws = st.one_of(coefficients.map(Coulomb), st.builds(Glue, coefficients, sizes), joints)
 
 
 def scale_of(law: ContactLaw, *numbers: float) -> float:
@@ -126,11 +142,23 @@ def test_a_force_is_in_the_set_if_nothing_is_violated(law: ContactLaw, normal: f
 def test_the_support_is_the_most_power_that_any_force_takes(
     law: ContactLaw, opening: float, sliding: float, press: float
 ) -> None:
-    # Power is linear and the forces that press with no more are a triangle: one of its corners takes most.
-    corners = [(law.least_normal, 0.0), (press, 0.0), (press, law.greatest_friction(press))]
+    # Power is linear and the forces that press with no more are a polygon: one of its corners takes most.
+    bends = [law.least_normal, press]
+    if isinstance(law, MohrCoulomb) and law.friction > 0.0:
+        bends += [bend for bend in [(law.shear - law.cohesion) / law.friction] if law.least_normal < bend < press]
+    corners = [(n, t) for n in bends for t in (0.0, max(0.0, law.greatest_friction(n)))]
+    if law.shortfall(opening, sliding) <= 0.0:  # then no bound of the press is needed, and none is used
+        corners += [(n, law.greatest_friction(n)) for n in _far_bends(law)]
     most = max(tangential * sliding - normal * opening for normal, tangential in corners)
     rounding = 1e-12 * scale_of(law, press) * scale_of(law, opening, sliding)
     assert law.support(opening, sliding, press) == pytest.approx(most, abs=rounding)
+
+
+def _far_bends(law: ContactLaw) -> list[float]:
+    """Where the bound of shear begins, however large the normal force is there."""
+    if not isinstance(law, MohrCoulomb) or law.friction == 0.0 or law.shear == np.inf:
+        return []
+    return [bend for bend in [(law.shear - law.cohesion) / law.friction] if bend > law.least_normal]
 
 
 @given(laws, signed, sizes, st.floats(1e-3, 1e3))
@@ -212,24 +240,13 @@ def test_a_glued_plank_survives_the_acceleration_that_friction_above_its_pull_be
     assert survived.value == pytest.approx(margin, rel=2e-6)  # a bound from below, to 1e-6
 
 
-@dataclass(frozen=True, slots=True)
-class Clip(Glue):
-    """Glue with friction that does not depend on the normal force: no cone."""
-
-    is_shifted_cone = False
-
-    def greatest_friction(self, normal: Numbers) -> Numbers:
-        """The pull."""
-        return self.pull + 0.0 * normal
-
-
-def test_solvers_refuse_a_law_that_they_do_not_support() -> None:
+def test_analyses_refuse_a_law_that_they_do_not_support() -> None:
     problem = hanging(2.0)
-    clipped = replace(problem, contacts=[replace(problem.contacts[0], law=Clip(0.5, 4.0))])
-    with pytest.raises(NotImplementedError, match="the contact law Clip of 'ceiling' on 'plank'"):
-        balance(clipped)
-    for analysis in (start_equations, placement):
-        with pytest.raises(NotImplementedError, match="supports Coulomb friction only, not Glue"):
+    clipped = replace(problem, contacts=[replace(problem.contacts[0], law=MohrCoulomb(0.5, 4.0, 4.0))])
+    with pytest.raises(OtherLawError, match="the contact law MohrCoulomb of 'ceiling' on 'plank'"):
+        acceleration(clipped)
+    for analysis in (start_equations, placement, least_friction):
+        with pytest.raises(OtherLawError, match="supports dry friction only, not Glue"):
             analysis(problem)
 
 

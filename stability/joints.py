@@ -1,0 +1,230 @@
+"""Joints between bricks: mortar and glue, tape and magnets, studs. They pull, and hold sideways, up to a bound.
+
+A joint adds contact points with bounded forces to a contact of two bodies, whose own points push and rub as without the
+joint. The bounds are those of limit analysis: a joint that yields keeps its force.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from itertools import pairwise
+from math import inf
+from typing import Final
+
+from stability.contact_law import ContactLaw, MohrCoulomb
+from stability.geometry.box import box_of
+from stability.geometry.polygons import between
+from stability.geometry.vectors import (
+    SHORTEST,
+    add,
+    add_scaled,
+    admit_number,
+    body_axes,
+    cross,
+    dot,
+    norm,
+    rotate,
+    scale,
+    short_repr,
+    subtract,
+)
+from stability.model import BodyId, Vec3
+from stability.problem import Contact, Placed
+
+EQUAL: Final = 1e-9  # share of an area: cells that differ by less have the same law
+ALIGNED: Final = 0.05  # share of the pitch by which the grids of two boxes may differ at a stud
+UPRIGHT: Final = 0.999  # cosine of the largest angle between the studs of a box and the normal of a contact
+CORNERS_OF_A_FACE: Final = 3
+STRONGEST: Final = 1e60  # [Pa, N]
+
+
+class Joint(ABC):
+    """Strength of a joint, independent of the contact that it holds."""
+
+    @abstractmethod
+    def points(self, contact: Contact, bodies: Sequence[Placed]) -> Iterator[tuple[Vec3, ContactLaw]]:
+        """Yield the points of the joint at a contact with a single normal, and the law of each.
+
+        `bodies` are the boxes of the contact, the upper one first; a plane is not among them.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class Bond(Joint):
+    """Mortar or glue: a strength per area. Friction adds the coefficient of the two bodies times the pressure."""
+
+    tension: float  # [Pa]
+    cohesion: float  # [Pa] of shear without pressure
+    shear: float = inf  # [Pa] at any pressure
+
+    def points(self, contact: Contact, bodies: Sequence[Placed]) -> Iterator[tuple[Vec3, ContactLaw]]:
+        """Yield the centres of cells around the corners of the patch; the law holds for each whole cell.
+
+        Uniform stresses in the cells are within the strength, so these forces are a bound from below. For a motion that
+        opens the patch it is the exact one: an opening speed is linear, and its mean is that at the centre of a cell.
+        """
+        cells = list(_cells(contact.points_W, contact.normals_W[0]))
+        areas = [area for _, area in cells]
+        if areas and max(areas) - min(areas) <= EQUAL * max(areas):
+            areas = [sum(areas) / len(areas)] * len(areas)
+        for (centre, _), area in zip(cells, areas, strict=True):
+            strength = (self.tension * area, self.cohesion * area, self.shear * area)
+            yield centre, MohrCoulomb(contact.law.friction, *strength)
+
+
+@dataclass(frozen=True, slots=True)
+class Pull(Joint):
+    """Magnets, tape or Velcro: each corner of the contact is pressed by a force, against which it opens."""
+
+    force: float  # [N]
+
+    def points(self, contact: Contact, bodies: Sequence[Placed]) -> Iterator[tuple[Vec3, ContactLaw]]:
+        """Yield the points of the contact, with friction as if the force pressed them."""
+        friction = contact.law.friction
+        for point in contact.points_W:
+            yield point, MohrCoulomb(friction, self.force, friction * self.force)
+
+
+@dataclass(frozen=True, slots=True)
+class Studs(Joint):
+    """Studs of toy bricks on a square grid that is centred on each box: each holds as soon as both grids meet there."""
+
+    pitch: float  # [m]
+    pull: float  # [N] of one stud
+    shear: float  # [N] of one stud, in any direction
+
+    def points(self, contact: Contact, bodies: Sequence[Placed]) -> Iterator[tuple[Vec3, ContactLaw]]:
+        """Yield four points of each stud, a quarter of the pitch beside its centre, which share its strength.
+
+        Four points are symmetric, so a mirrored structure has the same verdict.
+        """
+        law = MohrCoulomb(0.0, self.pull / 4.0, self.shear / 4.0)
+        grids = [_grid(placed, self.pitch, contact.normals_W[0]) for placed in bodies]
+        if not grids or not all(grids):
+            return
+        axes_W = body_axes(bodies[0].pose.orientation)[:2]
+        height = dot(contact.normals_W[0], contact.points_W[0])
+        for middle in grids[0].values():
+            if all(_nearest(grid, middle, contact.normals_W[0]) <= ALIGNED * self.pitch for grid in grids[1:]):
+                centre = add_scaled(middle, height - dot(contact.normals_W[0], middle), contact.normals_W[0])
+                for along in (-0.25, 0.25):
+                    for across in (-0.25, 0.25):
+                        aside = add_scaled(centre, along * self.pitch, axes_W[0])
+                        yield add_scaled(aside, across * self.pitch, axes_W[1]), law
+
+
+def _grid(placed: Placed, pitch: float, normal_W: Vec3) -> dict[tuple[int, int], Vec3]:
+    """Return the middles of the cells of a box seen along the normal [m]; empty if its studs do not point there."""
+    box = box_of(placed.brick.shape)
+    axes_W = body_axes(placed.pose.orientation)
+    if box is None or abs(dot(axes_W[2], normal_W)) < UPRIGHT:
+        return {}
+    (length, width, _), middle = box[0].size, add(placed.pose.position_W, rotate(placed.pose.orientation, box[1]))
+    along, across = round(length / pitch), round(width / pitch)
+    cells = {}
+    for i in range(along):
+        for j in range(across):
+            row = add_scaled(middle, (i - 0.5 * (along - 1)) * pitch, axes_W[0])
+            cells[i, j] = add_scaled(row, (j - 0.5 * (across - 1)) * pitch, axes_W[1])
+    return cells
+
+
+def _nearest(grid: Mapping[tuple[int, int], Vec3], point_W: Vec3, normal_W: Vec3) -> float:
+    """Return the distance in the plane of the contact to the nearest cell [m]."""
+    return min(_in_plane(subtract(cell, point_W), normal_W) for cell in grid.values())
+
+
+def _in_plane(vector: Vec3, normal: Vec3) -> float:
+    return norm(add_scaled(vector, -dot(vector, normal), normal))
+
+
+def _cells(corners: Sequence[Vec3], normal: Vec3) -> Iterator[tuple[Vec3, float]]:
+    """Yield the centre and the area of the part of a convex patch around each corner; nothing for a line or a point.
+
+    Lines from the centroid to the middles of the edges divide the patch.
+    """
+    triangles = [(corners[0], one, other) for one, other in pairwise(corners[1:])]
+    pieces = [_triangle(triangle, normal) for triangle in triangles]
+    if not sum(area for _, area in pieces) > 0.0:
+        return
+    middle, _ = _joined(pieces)
+    for number, corner in enumerate(corners):
+        before = between(corners[number - 1], corner, 0.5)
+        after = between(corner, corners[(number + 1) % len(corners)], 0.5)
+        yield _joined([_triangle((middle, before, corner), normal), _triangle((middle, corner, after), normal)])
+
+
+def _triangle(corners: tuple[Vec3, Vec3, Vec3], normal: Vec3) -> tuple[Vec3, float]:
+    """Return the centre and the area of a triangle."""
+    a, b, c = corners
+    return scale(1.0 / 3.0, add(add(a, b), c)), 0.5 * abs(dot(cross(subtract(b, a), subtract(c, a)), normal))
+
+
+def _joined(pieces: Sequence[tuple[Vec3, float]]) -> tuple[Vec3, float]:
+    """Return the centre and the area of several pieces together."""
+    area = sum(area for _, area in pieces)
+    centre = (0.0, 0.0, 0.0)
+    for own, share in pieces:
+        centre = add_scaled(centre, share / area if area > 0.0 else 1.0 / len(pieces), own)
+    return centre, area
+
+
+@dataclass(frozen=True, slots=True)
+class JointRule:
+    """Joint between each body of one set and each of another."""
+
+    joint: Joint
+    between: tuple[Collection[BodyId], Collection[BodyId]]
+
+    def holds(self, one: BodyId, other: BodyId) -> bool:
+        """Return whether the rule is about these two bodies."""
+        a, b = self.between
+        return (one in a and other in b) or (other in a and one in b)
+
+
+@dataclass(frozen=True, slots=True)
+class Joints:
+    """Joints of a structure. The first rule about a pair counts; a pair without a rule is dry."""
+
+    rules: tuple[JointRule, ...] = ()
+
+    def of(self, one: BodyId, other: BodyId) -> Joint | None:
+        """Return the joint of two bodies; None for a dry contact."""
+        return next((rule.joint for rule in self.rules if rule.holds(one, other)), None)
+
+    def contacts(self, contact: Contact, bodies: Mapping[BodyId, Placed]) -> tuple[Contact, ...]:
+        """Return the contacts that a joint adds to a contact of two bodies, one for each of its laws.
+
+        A joint needs a face: it adds nothing where an edge or a corner touches. `bodies` holds the bricks.
+        """
+        joint = self.of(contact.lower, contact.upper)
+        if joint is None or len(contact.normals_W) != 1 or len(contact.points_W) < CORNERS_OF_A_FACE:
+            return ()
+        held = [bodies[name] for name in (contact.upper, contact.lower) if name in bodies]
+        by_law: dict[ContactLaw, list[Vec3]] = {}
+        for point, law in joint.points(contact, held):
+            by_law.setdefault(law, []).append(point)
+        return tuple(
+            Contact(contact.lower, contact.upper, tuple(points), contact.normals_W, law) for law, points in by_law.items()
+        )
+
+
+DRY = Joints()
+
+
+def admit_joints(joints: object) -> None:
+    """Raise ValueError for an invalid strength or size of a joint, TypeError for anything but joints."""
+    if not isinstance(joints, Joints):
+        raise TypeError(f"expected Joints(...), not {short_repr(joints)}")
+    for rule in joints.rules:
+        if not isinstance(rule, JointRule) or not isinstance(rule.joint, Bond | Pull | Studs):
+            raise TypeError(f"expected JointRule(Bond(...), (names, names)), not {short_repr(rule)}")
+        for each in fields(rule.joint):
+            _admit(f"the {each.name} of the {type(rule.joint).__name__} is", each.name, getattr(rule.joint, each.name))
+
+
+def _admit(what: str, name: str, number: float) -> None:
+    admit_number(what, number, "write a number of at least 0")
+    least = SHORTEST if name == "pitch" else 0.0
+    if not (least <= number <= STRONGEST or (name == "shear" and number == inf)):
+        raise ValueError(f"{what} {short_repr(number)}; write a number from {least:g} to {STRONGEST:g}")
