@@ -43,7 +43,7 @@ def answer(
     boxes: Sequence[UprightBox], friction: float, props: Sequence[Touch] = (), sides: int = SIDES
 ) -> bool | None:
     """Return whether boxes stand; None if friction pyramids inside and outside the cone disagree."""
-    return answer_of(boxes, [*_contacts(boxes), *props], friction, sides)
+    return answer_of(boxes, [*contacts_of(boxes), *props], friction, sides)
 
 
 def answer_of(
@@ -129,7 +129,7 @@ def _extents(boxes: Sequence[UprightBox]) -> list[list[tuple[float, float]]]:
     return [[(m - 0.5 * s, m + 0.5 * s) for m, s in zip(box.middle, box.size, strict=True)] for box in boxes]
 
 
-def _contacts(boxes: Sequence[UprightBox]) -> list[Touch]:
+def contacts_of(boxes: Sequence[UprightBox]) -> list[Touch]:
     """Return the contacts of boxes with each other and with the ground."""
     found: list[Touch] = []
     extents = _extents(boxes)

@@ -220,11 +220,11 @@ def admit_joints(joints: object) -> None:
         if not isinstance(rule, JointRule) or not isinstance(rule.joint, Bond | Pull | Studs):
             raise TypeError(f"expected JointRule(Bond(...), (names, names)), not {short_repr(rule)}")
         for each in fields(rule.joint):
-            _admit(f"the {each.name} of the {type(rule.joint).__name__} is", each.name, getattr(rule.joint, each.name))
+            _admit(rule.joint, each.name, getattr(rule.joint, each.name))
 
 
-def _admit(what: str, name: str, number: float) -> None:
+def _admit(joint: Joint, name: str, number: float) -> None:
+    what, least = f"the {name} of the {type(joint).__name__} is", SHORTEST if name == "pitch" else 0.0
     admit_number(what, number, "write a number of at least 0")
-    least = SHORTEST if name == "pitch" else 0.0
-    if not (least <= number <= STRONGEST or (name == "shear" and number == inf)):
+    if not (least <= number <= STRONGEST or (isinstance(joint, Bond) and name == "shear" and number == inf)):
         raise ValueError(f"{what} {short_repr(number)}; write a number from {least:g} to {STRONGEST:g}")

@@ -11,7 +11,7 @@ from stability.geometry.vectors import add_scaled, scale
 from stability.model import BodyId, Vec3
 from stability.problem import ZERO, Forces, Motion, Problem, Tolerances
 from stability.statics.conic_program import SOLVED, ConicProgram, Solver, clarabel_solve, quick_solve, solve
-from stability.statics.load_factor import yielding
+from stability.statics.load_factor import central_forces, yielding
 from stability.statics.proof import check_forces, check_motion, least_separating_speed
 from stability.statics.propagation import is_held_upright
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
@@ -44,7 +44,7 @@ def separating_motion(problem: Problem, solver: Solver = clarabel_solve) -> Moti
 
     Bounded pulls of joints do not count: these may balance each other, but only up to their bounds.
     """
-    problem = _without_bounded_forces(problem)
+    problem = without_bounded_forces(problem)
     rising = next(_opening(problem), None)
     if rising is not None:
         return rising
@@ -58,14 +58,14 @@ def separating_velocities(problem: Problem, moving: Collection[BodyId]) -> Mappi
     """Return velocities, at most 1, that strictly open all contacts of moving bricks with the rest fixed; or None."""
     bricks = {name: problem.bricks[name] for name in sorted(moving)}
     contacts = [c for c in problem.contacts if c.lower in bricks or c.upper in bricks]
-    part = _without_bounded_forces(replace(problem, bricks=bricks, contacts=contacts))
+    part = without_bounded_forces(replace(problem, bricks=bricks, contacts=contacts))
     for motion in _opening(part):
         fastest = max(hypot(*velocity) for velocity, _ in motion.velocity.values())
         return {name: scale(1.0 / fastest, velocity) for name, (velocity, _) in motion.velocity.items()}
     return None
 
 
-def _without_bounded_forces(problem: Problem) -> Problem:
+def without_bounded_forces(problem: Problem) -> Problem:
     """Return the problem with the cone of each law only: the forces that a contact bears of any size."""
     if not problem.has_joints:
         return problem
@@ -135,7 +135,7 @@ def widest_separation(problem: Problem, solver: Solver = clarabel_solve) -> Cont
 
     Bounded pulls of joints do not count.
     """
-    problem = _without_bounded_forces(problem)
+    problem = without_bounded_forces(problem)
     system = wrench_matrix(problem, whole=True, carried=dict.fromkeys(problem.bricks, 1.0))
     room = ROOM * (1 + len(problem.bricks))
     point = solve(_program(system, len(problem.contacts), room), ACCURACY, solver)
@@ -178,7 +178,6 @@ def _program(system: WrenchMatrix, contacts: int, room: float) -> ConicProgram:
 MOST_CORRECTIONS = 3  # of forces; an error that remains after them is not rounding
 HOPELESS = 1e-6  # share of the load capacity: a larger residual is not rounding
 FAINT = 1e-8  # share of a usual force by which even a contact without pressure may be corrected
-NEARLY = 1e-9  # share of the load factor that the solver may miss: forces are tried up to here
 # speeds of a separating motion, relative to the fastest brick, that are mixed into a motion
 MIXED = (1e-11, 1e-9, 1e-7, 1e-5)
 DENSE = 90  # columns up to which dense matrices are faster than the import of sparse ones
@@ -220,22 +219,28 @@ def balance(
     return Balance(None, None, "; ".join(notes))
 
 
-# Requested accuracies of the program for bounded forces, tried in turn, the second time in the units of its own forces.
+# Requested accuracies of the programs for bounded forces, tried in turn, from the second time on in the units of the
+# forces that were computed first.
 ACCURACIES = (1e-12, 1e-12, 1e-10, 1e-8)
+STILL = (1e-4, 1e-3, 1e-5, 1e-6, 1e-7, 1e-9, 0.0)  # as `QUIET`, for the programs of bounded forces
 
 
 def _yielding_balance(problem: Problem, tolerances: Tolerances, solver: Solver) -> Balance:
-    """Return the balance of a problem with bounded contact forces, by its load factor."""
+    """Return the balance of a problem with bounded contact forces: central forces, or the motion of its load factor."""
     carried: Mapping[BodyId, float] | None = None
     notes = []
     for accuracy in ACCURACIES:
         system = wrench_matrix(problem, any_law=True, carried=carried)
+        rows = central_forces(system, system.loads, accuracy, solver)
+        forces = None if isinstance(rows, str) else proven_forces(problem, system, rows, tolerances)
+        if forces is not None:
+            return Balance(forces, None, "")
         point = yielding(system, system.loads, None, accuracy, solver)
         if isinstance(point, str):
             notes.append(point)
             continue
-        forces = proven_forces(problem, system, point.rows, tolerances) if not point.share > 1.0 + NEARLY else None
-        motion = None if forces else proven_motion(problem, system, point.columns, tolerances)
+        forces = proven_forces(problem, system, point.rows, tolerances) if point.share <= 1.0 else None
+        motion = None if forces else proven_motion(problem, system, point.columns, tolerances, STILL)
         if forces or motion:
             return Balance(forces, motion, "")
         notes.append(f"load factor to {accuracy:g}: {point.status}, but the returned point is not a proof")
@@ -258,7 +263,7 @@ def falling_motion(
         system = wrench_matrix(problem, any_law=True)
         yields = yielding(system, system.loads, None, QUICK, solver)
         stands = isinstance(yields, str) or (yields.status == SOLVED and yields.share <= 1.0)
-        return None if isinstance(yields, str) or stands else proven_motion(problem, system, yields.columns, tolerances)
+        return None if isinstance(yields, str) or stands else proven_motion(problem, system, yields.columns, tolerances, STILL)
     system = wrench_matrix(problem)
     point = solve(_held(system), QUICK, solver)
     if isinstance(point, str) or point.status == SOLVED:

@@ -7,13 +7,13 @@ power of the loads among those from which the contacts take a power of at most o
 is limit analysis, with its lower and its upper bound.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
-from stability.geometry.rows import Array
-from stability.statics.conic_program import ConicProgram, Solver, solve
+from stability.geometry.rows import Array, Indices
+from stability.statics.conic_program import ConicProgram, Matrix, Solver, solve
 from stability.statics.wrench_matrix import WrenchMatrix
 
 
@@ -31,56 +31,68 @@ def yielding(
     system: WrenchMatrix, growing: Array, constant: Array | None, accuracy: float, solver: Solver
 ) -> Yielding | str:
     """Return the solver's point for loads that are `constant` plus a factor times `growing`, or why there is none."""
-    program, unit = _program(system, growing, constant)
-    point = solve(program, accuracy, solver)
+    cones, shares, sizes, positive = _limits(system)
+    unit = 1.0 / (float(np.abs(shares).max(initial=0.0)) or 1.0)
+    steady = np.zeros(len(growing)) if constant is None else unit * constant
+    parts = [[system.matrix.T, _column(steady)], [-cones, _column(-unit * shares)], [None, _column(-np.ones(1))]]
+    cost = np.append(np.zeros(cones.shape[1]), 1.0)
+    offset = np.concatenate([-growing, np.zeros(len(shares) + 1)])
+    point = solve(_program(cost, parts, offset, sizes, positive + 1), accuracy, solver)
     if isinstance(point, str):
         return point
-    return Yielding(point.x[:-1], point.dual[: program.equal], unit * float(point.x[-1]), point.status)
+    return Yielding(point.x[:-1], point.dual[: len(growing)], unit * float(point.x[-1]), point.status)
 
 
-def _program(system: WrenchMatrix, growing: Array, constant: Array | None) -> tuple[ConicProgram, float]:
-    """Return the program of the least share, its last unknown, and the unit of the share."""
-    from scipy.sparse import bmat, csr_matrix, identity, vstack  # noqa: PLC0415 -- slow to import, seldom needed
+def central_forces(system: WrenchMatrix, loads: Array, accuracy: float, solver: Solver) -> Array | str:
+    """Return forces that balance loads, as far within all limits as the solver's path leads; or why there are none.
 
-    rows, limits = system.rows, system.bounded
-    count = len(rows)
-    each = identity(count, format="csr")
-    largest = 0.0 if limits is None else max([float(np.abs(limits.least).max(initial=0.0)), *_intercepts(system)])
-    unit = 1.0 / largest if largest > 0.0 else 1.0
+    No cost pulls them to a border, so rounding errors can be corrected within the limits.
+    """
+    cones, shares, sizes, positive = _limits(system)
+    offset = np.concatenate([-loads, shares])
+    program = _program(np.zeros(cones.shape[1]), [[system.matrix.T], [-cones]], offset, sizes, positive)
+    point = solve(program, accuracy, solver)
+    return point if isinstance(point, str) else point.x
 
+
+def _program(
+    cost: Array, parts: Sequence[Sequence[Matrix]], offset: Array, sizes: Sequence[int], positive: int
+) -> ConicProgram:
+    from scipy.sparse import bmat  # noqa: PLC0415 -- slow to import, seldom needed
+
+    return ConicProgram(cost, bmat(parts, format="csc"), offset, len(offset) - sum(sizes) - positive, sizes, positive)
+
+
+def _column(values: Array) -> Matrix:
+    from scipy.sparse import csr_matrix  # noqa: PLC0415 -- slow to import, seldom needed
+
+    return csr_matrix(values[:, None])
+
+
+def _limits(system: WrenchMatrix) -> tuple[Matrix, Array, list[int], int]:
+    """Return the limits of forces, as a matrix and constants whose sum is in cones: sizes of round ones, then rays."""
+    from scipy.sparse import csr_matrix, identity, vstack  # noqa: PLC0415 -- slow to import, seldom needed
+
+    rows, bounded = system.rows, system.bounded
+    each = identity(len(rows), format="csr")
     is_cone = np.ones(rows.round, dtype=bool)
-    if limits is not None:
-        is_cone[limits.cones] = False
-    triples = (3 * np.flatnonzero(is_cone)[:, None] + np.arange(3)).ravel()
-    round_parts, round_shares = [each[triples]], [np.zeros(len(triples))]
-    flat_parts, flat_shares = [each[rows.of_round :]], [np.zeros(rows.flat)]
-    if limits is not None:
-        for which, intercept, slope in limits.borders:
-            first = 3 * limits.cones[which]
-            places = (first[:, None] + np.arange(3)).ravel()
-            factor = np.stack([slope, np.ones(len(which)), np.ones(len(which))], axis=1).ravel()
-            table = (factor, (np.arange(len(places)), places))
-            round_parts.append(csr_matrix(table, shape=(len(places), count)))
-            round_shares.append(np.stack([unit * intercept, *np.zeros((2, len(which)))], axis=1).ravel())
-        flat_parts.append(each[3 * limits.cones])
-        flat_shares.append(-unit * limits.least)
-    cones = vstack([*round_parts, *flat_parts], format="csr")
-    shares = np.concatenate([*round_shares, *flat_shares])
-    steady = np.zeros(len(growing)) if constant is None else unit * constant
-    matrix = bmat(
-        [
-            [system.matrix.T, csr_matrix(steady[:, None])],
-            [-cones, csr_matrix(-shares[:, None])],
-            [None, csr_matrix(np.array([[-1.0]]))],
-        ],
-        format="csc",
-    )
-    offset = np.append(-growing, np.zeros(matrix.shape[0] - len(growing)))
-    cost = np.append(np.zeros(count), 1.0)
-    sizes = [3] * (sum(part.shape[0] for part in round_parts) // 3)
-    positive = sum(part.shape[0] for part in flat_parts) + 1
-    return ConicProgram(cost, matrix, offset, len(growing), sizes, positive), unit
+    if bounded is not None:
+        is_cone[bounded.cones] = False
+    triples = _rows_of(np.flatnonzero(is_cone))
+    parts, shares = [each[triples]], [np.zeros(len(triples))]
+    for which, intercept, slope in () if bounded is None else bounded.borders:
+        places, ones = _rows_of(bounded.cones[which]), np.ones(len(which))
+        factors = np.stack([slope, ones, ones], axis=1).ravel()
+        parts.append(csr_matrix((factors, (np.arange(len(places)), places)), shape=(len(places), len(rows))))
+        shares.append(np.stack([intercept, 0.0 * ones, 0.0 * ones], axis=1).ravel())
+    sizes = [3] * (sum(part.shape[0] for part in parts) // 3)
+    singles, least = each[rows.of_round :], np.zeros(rows.flat)
+    if bounded is not None:
+        singles, least = vstack([singles, each[3 * bounded.cones]]), np.append(least, -bounded.least)
+    return vstack([*parts, singles], format="csr"), np.concatenate([*shares, least]), sizes, len(least)
 
 
-def _intercepts(system: WrenchMatrix) -> list[float]:
-    return [] if system.bounded is None else [float(limit.max(initial=0.0)) for _, limit, _ in system.bounded.borders]
+def _rows_of(cones: Indices) -> Indices:
+    """Return the three rows of each cone."""
+    rows: Indices = (3 * cones[:, None] + np.arange(3)).ravel()
+    return rows

@@ -12,7 +12,8 @@ gain, were it to carry the load of all moving bricks, is subtracted before the p
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, fields
-from math import hypot, inf, isfinite
+from itertools import islice
+from math import hypot, inf, isfinite, nan
 from typing import Self
 
 import numpy as np
@@ -174,6 +175,18 @@ def least_separating_speed(problem: Problem, motion: Motion) -> float:
         return -inf
     slips, speed = _slips(cones, velocity)
     return float(-_ratio(cones.laws.shortfall(*slips), speed).max(initial=-inf))
+
+
+def power_of_joints(problem: Problem, motion: Motion) -> tuple[float, ...]:
+    """Return for each contact the greatest power that its bounded forces take from a motion [W]; NaN if it is invalid."""
+    names = sorted(problem.bricks)
+    cones, velocity = proof_cones(problem), _velocity(names, motion)
+    if cones is None or velocity is None:
+        return (nan,) * len(problem.contacts)
+    slips, _ = _slips(cones, velocity)
+    of_points = iter(cones.laws.support(*slips, 0.0).tolist())
+    sizes = [len(contact.points_W) * len(contact.normals_W) for contact in problem.contacts]
+    return tuple(sum(islice(of_points, size)) for size in sizes)
 
 
 def power(loads: Mapping[BodyId, Wrench], motion: Motion) -> float:

@@ -1,0 +1,159 @@
+"""The load factor of a structure: how often it bears its loads before the first mechanism, with a proof on both sides.
+
+Limit analysis: forces within the strength of all contacts prove a factor from below, and a motion against which the
+loads do more work than the contacts can take proves one from above. The theorem covers joints that keep their force
+when they yield. A dry structure bears any multiple of its own weight or none, since friction grows with the weight.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Final
+
+import numpy as np
+
+from stability.geometry.rows import Array
+from stability.geometry.vectors import add, scale
+from stability.model import BodyId
+from stability.problem import ZERO, Forces, Motion, Problem, Tolerances, Wrench, rounded
+from stability.process_settings import one_thread
+from stability.statics.assembly import admit_problem
+from stability.statics.conic_program import clarabel_solve
+from stability.statics.equilibrium import ACCURACIES, STILL, balance, proven_forces, proven_motion, without_bounded_forces
+from stability.statics.load_factor import central_forces, yielding
+from stability.statics.proof import power_of_joints
+from stability.statics.wrench_matrix import wrench_matrix
+
+SHARES: Final = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5)  # relative distances from the solver's factor, tried in turn until proven
+GIVES_WAY: Final = 1e-3  # of the power of all joints: a joint that takes less hardly yields
+NONE: Final = 1e-9  # a motion that falls with this share of the loads is held by no joint
+
+
+@dataclass(frozen=True, slots=True)
+class YieldingJoint:
+    """Joint that yields in the first mechanism."""
+
+    lower: BodyId
+    upper: BodyId
+    share: float  # of the power that all joints take
+
+
+@dataclass(frozen=True, slots=True)
+class LoadFactor:
+    """Factor on the growing loads up to which contact forces balance a structure."""
+
+    factor: float  # proven by `forces`; inf if contacts bear any factor, 0 if they bear none
+    too_large: float  # proven by `motion`; inf if there is none
+    forces: Forces | None  # that balance the loads at `factor`; for inf, at a factor of 1
+    motion: Motion | None  # the first mechanism
+    joints: tuple[YieldingJoint, ...] = ()  # that yield in this mechanism, the one that takes most first
+
+
+@one_thread()
+def load_factor(
+    problem: Problem,
+    growing: Mapping[BodyId, Wrench] | None = None,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+) -> LoadFactor | None:
+    """Return the load factor of a problem; None if none is proven.
+
+    All loads grow, or `growing` loads in addition to those of the problem. Both bounds differ by a share of 2e-5 at
+    most, and usually of 2e-9. Self-stress is not excluded.
+    """
+    admit_problem(problem)
+    tolerances = rounded(problem, tolerances)
+    grown = _Grown(problem, growing)
+    now = balance(problem, tolerances)
+    if growing is not None and now.forces is None:
+        return None if now.motion is None else LoadFactor(0.0, 0.0, None, now.motion)
+    unlimited = balance(without_bounded_forces(grown.alone), tolerances)
+    if unlimited.forces is not None:
+        return LoadFactor(inf, inf, now.forces, None)
+    if not problem.has_joints and growing is None:
+        return None if now.motion is None else LoadFactor(0.0, 0.0, None, now.motion)
+    below: tuple[float, Forces] | None = None
+    above: tuple[float, Motion] | None = None
+    carried: Mapping[BodyId, float] | None = None
+    for accuracy in ACCURACIES:
+        system = wrench_matrix(grown.at(1.0), whole=True, any_law=True, carried=carried)
+        constant = None if growing is None else system.wrench_of(problem.loads)
+        point = yielding(system, system.wrench_of(grown.alone.loads), constant, accuracy, clarabel_solve)
+        if isinstance(point, str) or not (np.isfinite(point.rows).all() and np.isfinite(point.columns).all()):
+            continue
+        falling = system.motion(point.columns)
+        at_once = _motion_at(grown, NONE, falling, tolerances)
+        if at_once is not None:
+            return LoadFactor(0.0, NONE, None, at_once)
+        factor = 1.0 / point.share if point.share > 0.0 else inf
+        if below is None and factor < inf:
+            below = next(((f, p) for f in _near(factor, -1.0) if (p := _forces_at(grown, f, carried, tolerances))), None)
+        if above is None and factor < inf:
+            above = next(((f, p) for f in _near(factor, 1.0) if (p := _motion_at(grown, f, falling, tolerances))), None)
+        if below is not None and above is not None:
+            joints = tuple(_yielding_joints(grown.at(above[0]), above[1]))
+            return LoadFactor(below[0], above[0], below[1], above[1], joints)
+        carried = carried or system.greatest_forces(point.rows)
+    return None
+
+
+@dataclass(frozen=True, slots=True)
+class _Grown:
+    """Problem whose loads grow."""
+
+    problem: Problem
+    growing: Mapping[BodyId, Wrench] | None  # in addition to the loads of the problem; None if these grow themselves
+
+    @property
+    def constant(self) -> Mapping[BodyId, Wrench] | None:
+        """Return the loads that do not grow; None if there are none."""
+        return None if self.growing is None else self.problem.loads
+
+    @property
+    def alone(self) -> Problem:
+        """Return the problem with the growing loads only."""
+        return self.problem if self.growing is None else replace(self.problem, loads=self.growing)
+
+    def at(self, factor: float) -> Problem:
+        """Return the problem with the growing loads times a factor."""
+        loads = {name: _times(factor, load) for name, load in self.alone.loads.items()}
+        for name, load in (self.constant or {}).items():
+            more = loads.get(name, Wrench(ZERO))
+            loads[name] = Wrench(add(load.force_W, more.force_W), add(load.torque_W, more.torque_W))
+        return replace(self.problem, loads=loads)
+
+
+def _times(factor: float, load: Wrench) -> Wrench:
+    return Wrench(scale(factor, load.force_W), scale(factor, load.torque_W))
+
+
+def _near(factor: float, side: float) -> Iterator[float]:
+    return (factor * (1.0 + side * share) for share in SHARES)
+
+
+def _forces_at(
+    grown: _Grown, factor: float, carried: Mapping[BodyId, float] | None, tolerances: Tolerances
+) -> Forces | None:
+    """Return proven forces for loads at a factor."""
+    problem = grown.at(factor)
+    system = wrench_matrix(problem, any_law=True, carried=carried)
+    rows = central_forces(system, system.loads, ACCURACIES[0], clarabel_solve)
+    return None if isinstance(rows, str) else proven_forces(problem, system, rows, tolerances)
+
+
+def _motion_at(grown: _Grown, factor: float, motion: Motion, tolerances: Tolerances) -> Motion | None:
+    """Return a motion near the given one that is proven to fall with loads at a factor."""
+    problem = grown.at(factor)
+    system = wrench_matrix(problem, whole=True, any_law=True)
+    return proven_motion(problem, system, system.columns_of(motion), tolerances, STILL)
+
+
+def _yielding_joints(problem: Problem, motion: Motion) -> Iterator[YieldingJoint]:
+    """Yield the joints that take power from a motion, the one that takes most first."""
+    powers: dict[tuple[BodyId, BodyId], float] = {}
+    for contact, power in zip(problem.contacts, power_of_joints(problem, motion), strict=True):
+        pair = contact.lower, contact.upper
+        powers[pair] = powers.get(pair, 0.0) + power
+    total = sum(powers.values())
+    for (lower, upper), power in sorted(powers.items(), key=lambda item: (-item[1], item[0])):
+        if power > GIVES_WAY * total:
+            yield YieldingJoint(lower, upper, power / total)
