@@ -19,7 +19,7 @@ from time import process_time
 from rich.console import Console
 from rich.progress import track
 
-from benchmarks.equilibrium_programs import UprightBox, contacts_of
+from benchmarks.equilibrium_programs import UprightBox
 from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from benchmarks.joined_programs import Strength, load_factors
@@ -97,7 +97,9 @@ def drawn(draw: random.Random, kind: str, count: int) -> Case:
     if kind != "mixed":
         return Case(boxes, groups, dict.fromkeys(((0, 0), (0, 1), (1, 1)), one(kind)))
     drawn_kinds = [draw.choice(("studs", "bond", "pull", "dry")) for _ in range(3)]
-    return Case(boxes, groups, {pair: one(each) for pair, each in zip(((0, 0), (0, 1), (1, 1)), drawn_kinds)})
+    return Case(
+        boxes, groups, {pair: one(each) for pair, each in zip(((0, 0), (0, 1), (1, 1)), drawn_kinds, strict=True)}
+    )
 
 
 def _overlap(one: Cells, other: Cells) -> bool:
@@ -107,9 +109,9 @@ def _overlap(one: Cells, other: Cells) -> bool:
 
 def _box(cells: Cells, density: float) -> UprightBox:
     at, size = cells
-    middle = tuple(UNIT[axis] * (at[axis] + 0.5 * size[axis]) for axis in range(3))
-    mass = 0.001 * density * size[0] * size[1] * size[2]
-    return UprightBox(middle, tuple(UNIT[axis] * size[axis] for axis in range(3)), mass)
+    x, y, z = (UNIT[axis] * (at[axis] + 0.5 * size[axis]) for axis in range(3))
+    length, width, height = (UNIT[axis] * size[axis] for axis in range(3))
+    return UprightBox((x, y, z), (length, width, height), 0.001 * density * size[0] * size[1] * size[2])
 
 
 def assembly_of(case: Case) -> tuple[Assembly, list[Placed]]:
@@ -163,7 +165,7 @@ def compared(seed: int, most: int) -> Compared | None:
     kind = KINDS[seed % len(KINDS)]
     case = drawn(draw, kind, draw.randint(2, most))
     low, high = load_factors(case.boxes, FRICTION, case.joint_of)
-    if high == inf or high == 0.0 or low == inf:
+    if high in {inf, 0.0} or low == inf:
         return None
     near = draw.choice((0.03, 0.3))
     case = case.times(draw.uniform(1.0 - near, 1.0 + near) / (0.5 * (low + high)))
@@ -221,8 +223,8 @@ def main() -> None:
         if found.contradicted or found.note or found.factor_outside or found.factor_unproven:
             console.print(f"seed {seed - 1}", found)
         cases.append(found)
-    table: Rows = {kind: _row([case for case in cases if case.kind == kind]) for kind in KINDS}
-    table["all"] = _row(cases)
+    by_kind = {kind: [case for case in cases if case.kind == kind] for kind in KINDS} | {"all": cases}
+    table: Rows = {kind: _row(each) for kind, each in by_kind.items()}
     console.print(table)
     if chosen.write:
         record("joined", " ".join(["python -m benchmarks.joined", *sys.argv[1:]]), {"joined": table})

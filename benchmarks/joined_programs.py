@@ -1,13 +1,14 @@
 """Bounds the load factor of joined axis-aligned boxes by linear programs that share no code with the statics.
 
-Contacts are common rectangles of faces, computed from the extents of the boxes (`equilibrium_programs`). Forces at their
-corners push and rub; those of a joint act at points of its own, within n >= -tension and |t| <= min(cohesion + mu n,
-shear). Circles of friction become polygons: inside the circle, which bounds the load factor from below, or around it,
-which bounds it from above.
+Contacts are common rectangles of faces, computed from the extents of the boxes (`equilibrium_programs`). Forces at
+their corners push and rub; those of a joint act at points of its own, within n >= -tension and
+|t| <= min(cohesion + mu n, shear). Polygons replace the circles of friction: polygons inside the circles bound the load
+factor from below, and polygons around them bound it from above.
 """
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from math import cos, inf, pi, sin
 
 import numpy as np
@@ -44,9 +45,7 @@ def load_factors(boxes: Sequence[UprightBox], friction: float, joint_of: JointOf
 
 
 def _load_factor(boxes: Sequence[UprightBox], friction: float, joint_of: JointOf, inside: float) -> float:
-    forces = [
-        (touch, force) for touch in contacts_of(boxes) for force in _forces(boxes, touch, friction, joint_of)
-    ]
+    forces = [(touch, force) for touch in contacts_of(boxes) for force in _forces(boxes, touch, friction, joint_of)]
     weight = sum(box.mass for box in boxes) * GRAVITY / len(boxes)
     entries: list[tuple[int, int, float]] = []
     limits: list[tuple[list[tuple[int, float]], float]] = []
@@ -93,23 +92,31 @@ def _forces(boxes: Sequence[UprightBox], touch: Touch, friction: float, joint_of
     joint = joint_of(lower, upper)
     if joint is None:
         return
-    middle = tuple(sum(corner[axis] for corner in corners) / len(corners) for axis in range(3))
     match joint.kind, joint.numbers:
         case "pull", (force,):
             for corner in corners:
                 yield corner, friction, force, friction * force, inf
-        case "bond", (tension, cohesion, shear):
-            spans = [max(c[axis] for c in corners) - min(c[axis] for c in corners) for axis in range(3)]
-            area = 0.25 * float(np.prod([span for span in spans if span > 0.0]))
-            for corner in corners:
-                centre = tuple(0.5 * (m + c) for m, c in zip(middle, corner, strict=True))
-                yield centre, friction, tension * area, cohesion * area, shear * area
-        case "studs", (pitch, pull, shear) if towards == AXES[2]:
-            low_x, high_x = min(c[0] for c in corners), max(c[0] for c in corners)
-            low_y, high_y = min(c[1] for c in corners), max(c[1] for c in corners)
-            for i in range(round((high_x - low_x) / pitch)):
-                for j in range(round((high_y - low_y) / pitch)):
-                    for dx in (0.25, 0.75):
-                        for dy in (0.25, 0.75):
-                            point = (low_x + (i + dx) * pitch, low_y + (j + dy) * pitch, corners[0][2])
-                            yield point, 0.0, 0.25 * pull, 0.25 * shear, inf
+        case "bond", strengths:
+            yield from _of_bond(corners, friction, strengths)
+        case "studs", strengths if towards == AXES[2]:
+            yield from _of_studs(corners, strengths)
+
+
+def _of_bond(corners: Sequence[tuple[float, ...]], friction: float, strengths: tuple[float, ...]) -> Iterator[Force]:
+    tension, cohesion, shear = strengths
+    middle = [sum(corner[axis] for corner in corners) / len(corners) for axis in range(3)]
+    spans = [max(c[axis] for c in corners) - min(c[axis] for c in corners) for axis in range(3)]
+    area = 0.25 * float(np.prod([span for span in spans if span > 0.0]))
+    for corner in corners:
+        centre = tuple(0.5 * (m + c) for m, c in zip(middle, corner, strict=True))
+        yield centre, friction, tension * area, cohesion * area, shear * area
+
+
+def _of_studs(corners: Sequence[tuple[float, ...]], strengths: tuple[float, ...]) -> Iterator[Force]:
+    pitch, pull, shear = strengths
+    (low_x, low_y), (high_x, high_y) = ([end(c[axis] for c in corners) for axis in range(2)] for end in (min, max))
+    for i in range(round((high_x - low_x) / pitch)):
+        for j in range(round((high_y - low_y) / pitch)):
+            for dx, dy in product((0.25, 0.75), repeat=2):
+                point = (low_x + (i + dx) * pitch, low_y + (j + dy) * pitch, corners[0][2])
+                yield point, 0.0, 0.25 * pull, 0.25 * shear, inf

@@ -255,7 +255,9 @@ class MohrCoulomb(ContactLaw):
 
         least, low, start, high = self._corners()
         friction = self.friction + np.zeros(np.shape(start))
-        share = np.clip((normal - least + friction * (tangential - low)) / (1.0 + friction * friction), 0.0, start - least)
+        share = np.clip(
+            (normal - least + friction * (tangential - low)) / (1.0 + friction * friction), 0.0, start - least
+        )
         bounded = np.isfinite(start)
         sides = [
             (least + 0.0 * normal, np.clip(tangential, 0.0, low)),
@@ -264,7 +266,9 @@ class MohrCoulomb(ContactLaw):
         ]
         nearest_n, nearest_t = sides[0]
         for n, t in sides[1:]:
-            nearer = (n - normal) ** 2 + (t - tangential) ** 2 < (nearest_n - normal) ** 2 + (nearest_t - tangential) ** 2
+            nearer = (n - normal) ** 2 + (t - tangential) ** 2 < (nearest_n - normal) ** 2 + (
+                nearest_t - tangential
+            ) ** 2
             nearest_n, nearest_t = np.where(nearer, n, nearest_n), np.where(nearer, t, nearest_t)
         inside = self.spare(normal, tangential) >= 0.0
         return np.where(inside, normal, nearest_n), np.where(inside, tangential, nearest_t)

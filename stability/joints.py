@@ -205,7 +205,8 @@ class Joints:
         for point, law in joint.points(contact, held):
             by_law.setdefault(law, []).append(point)
         return tuple(
-            Contact(contact.lower, contact.upper, tuple(points), contact.normals_W, law) for law, points in by_law.items()
+            Contact(contact.lower, contact.upper, tuple(points), contact.normals_W, law)
+            for law, points in by_law.items()
         )
 
 

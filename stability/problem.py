@@ -9,7 +9,7 @@ from enum import StrEnum
 from math import inf
 from typing import Protocol, TypeAlias
 
-from stability.contact_law import ContactLaw
+from stability.contact_law import ContactLaw, OtherLawError
 from stability.geometry.box_distance import TOUCHING
 from stability.model import BodyId, Brick, Pose, Vec3
 from stability.name_order import names_text
@@ -70,6 +70,11 @@ class Problem:
     def has_joints(self) -> bool:
         """Return whether some contact forces are bounded, so that proofs of equilibrium cannot all be added."""
         return not all(contact.law.is_cone for contact in self.contacts)
+
+    def require_dry(self, what: str) -> None:
+        """Raise OtherLawError if there are joints, for an analysis that supports dry contacts only."""
+        if self.has_joints:
+            raise OtherLawError(f"{what} is not supported for bricks with joints; only verdicts and load factors are")
 
 
 ConeForces: TypeAlias = tuple[tuple[Vec3, ...], ...]  # forces by point, then by normal

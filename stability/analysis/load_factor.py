@@ -12,19 +12,31 @@ from typing import Final
 
 import numpy as np
 
-from stability.geometry.rows import Array
 from stability.geometry.vectors import add, scale
 from stability.model import BodyId
 from stability.problem import ZERO, Forces, Motion, Problem, Tolerances, Wrench, rounded
 from stability.process_settings import one_thread
 from stability.statics.assembly import admit_problem
 from stability.statics.conic_program import clarabel_solve
-from stability.statics.equilibrium import ACCURACIES, STILL, balance, proven_forces, proven_motion, without_bounded_forces
+from stability.statics.equilibrium import (
+    ACCURACIES,
+    STILL,
+    balance,
+    proven_forces,
+    proven_motion,
+    without_bounded_forces,
+)
 from stability.statics.load_factor import central_forces, yielding
 from stability.statics.proof import power_of_joints
 from stability.statics.wrench_matrix import wrench_matrix
 
-SHARES: Final = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5)  # relative distances from the solver's factor, tried in turn until proven
+SHARES: Final = (
+    1e-9,
+    1e-8,
+    1e-7,
+    1e-6,
+    1e-5,
+)  # relative distances from the solver's factor, tried in turn until proven
 GIVES_WAY: Final = 1e-3  # of the power of all joints: a joint that takes less hardly yields
 NONE: Final = 1e-9  # a motion that falls with this share of the loads is held by no joint
 
@@ -85,10 +97,9 @@ def load_factor(
         if at_once is not None:
             return LoadFactor(0.0, NONE, None, at_once)
         factor = 1.0 / point.share if point.share > 0.0 else inf
-        if below is None and factor < inf:
-            below = next(((f, p) for f in _near(factor, -1.0) if (p := _forces_at(grown, f, carried, tolerances))), None)
-        if above is None and factor < inf:
-            above = next(((f, p) for f in _near(factor, 1.0) if (p := _motion_at(grown, f, falling, tolerances))), None)
+        if factor < inf:
+            below = below or _below(grown, factor, carried, tolerances)
+            above = above or _above(grown, factor, falling, tolerances)
         if below is not None and above is not None:
             joints = tuple(_yielding_joints(grown.at(above[0]), above[1]))
             return LoadFactor(below[0], above[0], below[1], above[1], joints)
@@ -126,8 +137,24 @@ def _times(factor: float, load: Wrench) -> Wrench:
     return Wrench(scale(factor, load.force_W), scale(factor, load.torque_W))
 
 
-def _near(factor: float, side: float) -> Iterator[float]:
-    return (factor * (1.0 + side * share) for share in SHARES)
+def _below(
+    grown: _Grown, factor: float, carried: Mapping[BodyId, float] | None, tolerances: Tolerances
+) -> tuple[float, Forces] | None:
+    """Return a factor close below another one, with the forces that prove it."""
+    for share in SHARES:
+        forces = _forces_at(grown, factor * (1.0 - share), carried, tolerances)
+        if forces is not None:
+            return factor * (1.0 - share), forces
+    return None
+
+
+def _above(grown: _Grown, factor: float, falling: Motion, tolerances: Tolerances) -> tuple[float, Motion] | None:
+    """Return a factor close above another one, with the motion that proves it."""
+    for share in SHARES:
+        motion = _motion_at(grown, factor * (1.0 + share), falling, tolerances)
+        if motion is not None:
+            return factor * (1.0 + share), motion
+    return None
 
 
 def _forces_at(

@@ -10,7 +10,6 @@ from stability.analysis.acceleration_cut import least_prestress
 from stability.analysis.acceleration_margin import AccelerationMargin, acceleration, tilt
 from stability.analysis.placement_margin import PlacementMargin, placement
 from stability.analysis.weakest import Weakest, weakest, weakest_at
-from stability.contact_law import coulomb_coefficients
 from stability.geometry.vectors import add, admit_in_range, listed
 from stability.model import GROUND, BodyId
 from stability.notebook import Display, Displayed, display_of
@@ -81,7 +80,7 @@ def least_friction(
     Only equilibrium is required; the forces may include self-stress. Raises OtherLawError for bricks with joints, whose
     strength does not follow from friction alone.
     """
-    coulomb_coefficients(contact.law for contact in problem.contacts)
+    problem.require_dry("the margin of friction")
     smooth = balance(_with_friction(problem, 0.0), tolerances)
     if smooth.forces is not None:
         return FrictionMargin(0.0, 0.0, 0.0, smooth.forces, None)

@@ -85,7 +85,10 @@ VIOLATION = Tolerances().violation  # share of the speed there, as in the check 
 
 
 def resists(contact: Contact, motion: Motion, bricks: Mapping[BodyId, Placed]) -> bool:
-    """Return whether forces of a contact could take power from a motion; bodies not named by it are at rest."""
+    """Return whether forces of a contact could take power from a motion; bodies not named by it are at rest.
+
+    A joint takes power from any motion that opens or shears it.
+    """
     for point in contact.points_W:
         upper, lower = (_velocity(body, point, motion, bricks) for body in (contact.upper, contact.lower))
         slip = subtract(upper, lower)
@@ -94,6 +97,8 @@ def resists(contact: Contact, motion: Motion, bricks: Mapping[BodyId, Placed]) -
             opening = dot(slip, normal)
             sliding = norm(subtract(slip, scale(opening, normal)))
             if contact.law.shortfall(opening, sliding) > slack:
+                return True
+            if not contact.law.is_cone and contact.law.support(opening, sliding, 0.0) > 0.0:
                 return True
     return False
 
@@ -174,7 +179,7 @@ def _covering(design: Assembly, name: BodyId, normal: Vec3) -> Iterator[Sequence
     for contact in design.contacts(name):
         outward = 1.0 if contact.lower == name else -1.0
         on_it = any(outward * dot(n, normal) > PARALLEL for n in contact.normals_W)
-        if on_it and len(contact.points_W) > 2:  # noqa: PLR2004 -- a patch has an area
+        if on_it and contact.law.is_cone and len(contact.points_W) > 2:  # noqa: PLR2004 -- a patch has an area
             yield contact.points_W
 
 

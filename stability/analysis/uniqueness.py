@@ -252,10 +252,11 @@ def outcome(
 
     `most` limits the work for each group that needs friction, in unknowns of its programs. Rest is guaranteed only if
     it is also guaranteed without the contact points that have a gap. Raises TypeError if `problem` is not a Problem or
-    `known` is neither Forces nor None.
+    `known` is neither Forces nor None, OtherLawError for bricks with joints.
     """
     admit_problem(problem)
     admit_forces(known)
+    problem.require_dry("the guarantee of rest")
     normal = guarantee(problem, known, tolerances)
     if normal is not None:
         return RestOutcome(guaranteed=True, normal=normal)

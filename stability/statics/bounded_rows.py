@@ -32,7 +32,9 @@ class BoundedRows:
         tangential = np.hypot(sideways[:, 0], sideways[:, 1])
         for where, law in self.laws.of_kinds:
             pressed, rubbed = law.project(normal[where], tangential[where])
-            share = np.where(tangential[where] > 0.0, rubbed / np.where(tangential[where] > 0.0, tangential[where], 1.0), 1.0)
+            share = np.where(
+                tangential[where] > 0.0, rubbed / np.where(tangential[where] > 0.0, tangential[where], 1.0), 1.0
+            )
             first = 3 * self.cones[where]
             nearest[first] = pressed / self.units[where, 0]
             for part in (1, 2):

@@ -263,7 +263,11 @@ def falling_motion(
         system = wrench_matrix(problem, any_law=True)
         yields = yielding(system, system.loads, None, QUICK, solver)
         stands = isinstance(yields, str) or (yields.status == SOLVED and yields.share <= 1.0)
-        return None if isinstance(yields, str) or stands else proven_motion(problem, system, yields.columns, tolerances, STILL)
+        return (
+            None
+            if isinstance(yields, str) or stands
+            else proven_motion(problem, system, yields.columns, tolerances, STILL)
+        )
     system = wrench_matrix(problem)
     point = solve(_held(system), QUICK, solver)
     if isinstance(point, str) or point.status == SOLVED:

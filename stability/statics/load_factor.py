@@ -75,21 +75,22 @@ def _limits(system: WrenchMatrix) -> tuple[Matrix, Array, list[int], int]:
 
     rows, bounded = system.rows, system.bounded
     each = identity(len(rows), format="csr")
+    if bounded is None:
+        shares = np.zeros(len(rows))
+        return each, shares, [3] * rows.round, rows.flat
     is_cone = np.ones(rows.round, dtype=bool)
-    if bounded is not None:
-        is_cone[bounded.cones] = False
+    is_cone[bounded.cones] = False
     triples = _rows_of(np.flatnonzero(is_cone))
-    parts, shares = [each[triples]], [np.zeros(len(triples))]
-    for which, intercept, slope in () if bounded is None else bounded.borders:
+    parts, constants = [each[triples]], [np.zeros(len(triples))]
+    for which, intercept, slope in bounded.borders:
         places, ones = _rows_of(bounded.cones[which]), np.ones(len(which))
         factors = np.stack([slope, ones, ones], axis=1).ravel()
         parts.append(csr_matrix((factors, (np.arange(len(places)), places)), shape=(len(places), len(rows))))
-        shares.append(np.stack([intercept, 0.0 * ones, 0.0 * ones], axis=1).ravel())
+        constants.append(np.stack([intercept, 0.0 * ones, 0.0 * ones], axis=1).ravel())
     sizes = [3] * (sum(part.shape[0] for part in parts) // 3)
-    singles, least = each[rows.of_round :], np.zeros(rows.flat)
-    if bounded is not None:
-        singles, least = vstack([singles, each[3 * bounded.cones]]), np.append(least, -bounded.least)
-    return vstack([*parts, singles], format="csr"), np.concatenate([*shares, least]), sizes, len(least)
+    parts += [each[rows.of_round :], each[3 * bounded.cones]]
+    constants += [np.zeros(rows.flat), -bounded.least]
+    return vstack(parts, format="csr"), np.concatenate(constants), sizes, rows.flat + len(bounded.cones)
 
 
 def _rows_of(cones: Indices) -> Indices:

@@ -178,7 +178,7 @@ def least_separating_speed(problem: Problem, motion: Motion) -> float:
 
 
 def power_of_joints(problem: Problem, motion: Motion) -> tuple[float, ...]:
-    """Return for each contact the greatest power that its bounded forces take from a motion [W]; NaN if it is invalid."""
+    """Return by contact the greatest power that its bounded forces take from a motion [W]; NaN if it is invalid."""
     names = sorted(problem.bricks)
     cones, velocity = proof_cones(problem), _velocity(names, motion)
     if cones is None or velocity is None:

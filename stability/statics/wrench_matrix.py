@@ -92,7 +92,7 @@ class WrenchMatrix:
         return forces + self.cones.tips_W
 
     def greatest_forces(self, rows: Array) -> dict[BodyId, float]:
-        """Return the greatest contact force on each brick [N], for forces of the rows; its load if no force is known."""
+        """Return the greatest contact force on each brick [N], or its load if that is greater."""
         sizes = np.append(self.column_scale[0::6], 0.0)
         forces = np.sqrt(np.square(self.forces_W(rows)).sum(axis=1))
         for bodies in (self.cones.lower, self.cones.upper):
@@ -154,7 +154,18 @@ def wrench_matrix(
     matrix, kept = _kept(_matrix(problem, names, cones, row_cone, axis), acts, row_scale, column_scale)
     limits = bounded_rows(problem.contacts, with_friction, row_scale) if any_law else None
     return WrenchMatrix(
-        names, cones, matrix, loads[kept], rows, with_friction, without, row_scale, column_scale, kept, pulls[kept], limits
+        names,
+        cones,
+        matrix,
+        loads[kept],
+        rows,
+        with_friction,
+        without,
+        row_scale,
+        column_scale,
+        kept,
+        pulls[kept],
+        limits,
     )
 
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from stability.analysis.acceleration_margin import acceleration
 from stability.analysis.margins import least_friction
 from stability.analysis.placement_margin import placement
+from stability.analysis.uniqueness import outcome
 from stability.contact_law import ContactLaw, Coulomb, MohrCoulomb, Numbers, OtherLawError
 from stability.geometry.box import Box
 from stability.model import Brick, Pose
@@ -245,7 +246,10 @@ def test_analyses_refuse_a_law_that_they_do_not_support() -> None:
     clipped = replace(problem, contacts=[replace(problem.contacts[0], law=MohrCoulomb(0.5, 4.0, 4.0))])
     with pytest.raises(OtherLawError, match="the contact law MohrCoulomb of 'ceiling' on 'plank'"):
         acceleration(clipped)
-    for analysis in (start_equations, placement, least_friction):
+    for refused, name in ((least_friction, "the margin of friction"), (outcome, "the guarantee of rest")):
+        with pytest.raises(OtherLawError, match=f"{name} is not supported for bricks with joints"):
+            refused(clipped)
+    for analysis in (start_equations, placement):
         with pytest.raises(OtherLawError, match="supports dry friction only, not Glue"):
             analysis(problem)
 

@@ -7,6 +7,7 @@ from math import cos, inf, pi, radians, sin
 import pytest
 
 from stability.analysis.load_factor import LoadFactor, load_factor
+from stability.analysis.subset_search import Subsets
 from stability.geometry.box import Box
 from stability.geometry.vectors import about, rotate
 from stability.joints import DRY, Bond, Joint, JointRule, Joints, Pull, Studs
@@ -62,7 +63,9 @@ def factor_of(built: Assembly, growing: dict[str, Wrench] | None = None) -> Load
 
 
 def hanging(joint: Joint) -> Callable[[float], Assembly]:
-    return lambda times: assembly([brick("b", (0.0, 0.0, 1.0 - HEIGHT / 2))], everywhere(stronger(joint, times)), [CEILING])
+    return lambda times: assembly(
+        [brick("b", (0.0, 0.0, 1.0 - HEIGHT / 2))], everywhere(stronger(joint, times)), [CEILING]
+    )
 
 
 def stronger(joint: Joint, times: float) -> Joint:
@@ -94,7 +97,9 @@ def cantilever(columns: int) -> tuple[Callable[[float], Assembly], float]:
     Twice the pull of each column times its distance from the edge is the weight times its overhang.
     """
     pull = 0.98
-    base = Placed(Brick("base", Box((columns * PITCH, 2 * PITCH, 0.0096)), 1.0), Pose((-0.5 * columns * PITCH, 0.0, 0.5)))
+    base = Placed(
+        Brick("base", Box((columns * PITCH, 2 * PITCH, 0.0096)), 1.0), Pose((-0.5 * columns * PITCH, 0.0, 0.5))
+    )
     long = brick("b", ((4 - columns) * PITCH, 0.0, 0.5096), (8 * PITCH, 2 * PITCH, 0.0096))
     limit = 2.0 * pull * sum(i + 0.5 for i in range(columns)) / (WEIGHT * (4 - columns))
     studs = Studs(PITCH, pull, 1e3)
@@ -150,9 +155,7 @@ def test_a_load_factor_is_that_of_the_closed_form_with_a_proof_on_both_sides(for
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize(("share", "stability"), [(-CLOSE, Stability.UNSTABLE), (CLOSE, Stability.STABLE)])
-def test_joined_bricks_stand_and_fall_on_both_sides_of_the_limit(
-    form: str, share: float, stability: Stability
-) -> None:
+def test_joined_bricks_stand_and_fall_on_both_sides_of_the_limit(form: str, share: float, stability: Stability) -> None:
     built, limit = FORMS[form]
     judged = built((1.0 + share) / limit)
     assert judged.verdict().stability is stability
@@ -224,7 +227,7 @@ def branching(scale: float = 1.0, yaw: float = 0.0, mirror: float = 1.0, names: 
         shape = Box((size[0] * unit, size[1] * unit, high))
         return Placed(Brick(name, shape, 2.0 * size[0] * size[1] * scale**3), Pose(middle, turn))
 
-    a, b, c, d, e = names
+    a, b, c, d, e = list(names)
     bricks = [
         at(a, 0.0, 0.0, 0.0, (2, 2)),
         at(b, 1.0, 1.0, 1.0, (4, 2)),
@@ -282,6 +285,21 @@ def test_bricks_set_down_one_by_one_have_the_verdict_of_all_together(bear: float
         assert built.forces() is not None
 
 
+def test_a_proven_fall_does_not_cover_parts_in_which_a_joint_resists_it() -> None:
+    # Without "a" brick "b" falls; with "c", from which it hangs as well, it stands.
+    rules = (JointRule(Bond(1e5, 1e6), ({"a", "c"}, {"b"})), JointRule(Bond(1e5, 1e6), ({"ceiling"}, {"a", "c"})))
+    high = 1.0 - HEIGHT / 2
+    bricks = [
+        brick("a", (-LENGTH / 2, 0.0, high)),
+        brick("c", (LENGTH / 2, 0.0, high)),
+        brick("b", (0.0, 0.0, high - HEIGHT)),
+    ]
+    parts = Subsets(assembly(bricks, Joints(rules), [CEILING]))
+    assert parts.ask(parts.part_of(["b"])).stability is Stability.UNSTABLE
+    for holding in ("a", "c"):
+        assert parts.ask(parts.part_of(["b", holding])).stability is Stability.STABLE
+
+
 def test_a_brick_falls_when_the_brick_that_it_hangs_from_is_removed() -> None:
     chain = [brick(f"b{i}", (0.0, 0.0, 1.0 - (i + 0.5) * HEIGHT)) for i in range(2)]
     built = assembly(chain, everywhere(Bond(1e5, 1e6)), [CEILING])
@@ -290,7 +308,9 @@ def test_a_brick_falls_when_the_brick_that_it_hangs_from_is_removed() -> None:
 
 
 def test_a_joint_needs_a_face() -> None:
-    tipped = Placed(Brick("b", Box((0.1, 0.1, 0.1)), 1.0), Pose((0.0, 0.0, 0.1 * 0.5**0.5), about((1.0, 0.0, 0.0), pi / 4)))
+    tipped = Placed(
+        Brick("b", Box((0.1, 0.1, 0.1)), 1.0), Pose((0.0, 0.0, 0.1 * 0.5**0.5), about((1.0, 0.0, 0.0), pi / 4))
+    )
     built = assembly([tipped], everywhere(Bond(1e6, 1e6)))
     assert all(contact.law.is_cone for contact in built.all_contacts())
 
