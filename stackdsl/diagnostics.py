@@ -183,8 +183,9 @@ def did_you_mean(word: str, choices: Sequence[str]) -> str:
 
 def meant_choice(word: str, choices: Sequence[str]) -> str:
     """Return the choice that a word may be a slip of; empty if none."""
-    close = get_close_matches(word, _compared(word, choices), n=1, cutoff=0.6)
-    return close[0] if close and _is_slip(word, close[0]) else ""
+    by_letters = {choice.lower(): choice for choice in reversed([*_compared(word, choices)])}
+    close = get_close_matches(word.lower(), by_letters, n=1, cutoff=0.6)
+    return by_letters[close[0]] if close and _is_slip(word.lower(), close[0]) else ""
 
 
 def unknown_attribute(value: object, name: str, remedies: Mapping[str, str]) -> AttributeError:
@@ -202,7 +203,7 @@ def _is_slip(word: str, choice: str) -> bool:
     """Return whether a word may be a slip of a choice: few letters differ, or one is the beginning of the other."""
     if word.startswith(choice) or choice.startswith(word):
         return True
-    return _distance(word.lower(), choice.lower()) <= MOST_SLIPS * max(len(word), len(choice))
+    return _distance(word, choice) <= MOST_SLIPS * max(len(word), len(choice))
 
 
 def _distance(one: str, other: str) -> int:

@@ -27,7 +27,7 @@ from stackdsl.diagnostics import unknown_attribute
 from stackdsl.goldens.golden import ELSEWHERE, PendingStore, check_golden, is_ci, keeper_of, refusal
 from stackdsl.goldens.snapshot import Snapshot
 from stackdsl.judging.judge import compare_with_truth, judge, stop_condition_of
-from stackdsl.language.yaml.includes import variables_of
+from stackdsl.language.yaml.includes import definitions_of
 from stackdsl.language.yaml.source import Loaded, Source
 from stackdsl.project_file import SCENARIOS, project_of
 from stackdsl.results import ClaimOutcome, FailureCause, GoldenResult, VariantResult
@@ -98,7 +98,7 @@ class Run(Displayed):
         values = {key: value for key, value in source.values.items() if key not in NOT_OF_THE_RUN}
         values |= {"expect": [copied(claim)], "systems": [self.case.system]}
         spans = {**source.value_spans, **spans_of([claim], ("expect",))}
-        again = Source(source.file, values, spans, {}, variables_of(values), files=source.files)
+        again = Source(source.file, values, spans, {}, frozenset(definitions_of(values)), files=source.files)
         cases, mistakes = cases_of(Loaded((again,), ()))
         if mistakes:
             raise ScenarioError(mistakes)

@@ -24,7 +24,7 @@ from stackdsl.importers.formats import MAX_IMPORTED
 from stackdsl.language.repeats import compact
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
-from stackdsl.language.variants import Variant, expand, variables_of
+from stackdsl.language.variants import Variant, expand, unused_kinds, variables_of
 from stackdsl.language.yaml.includes import Library, root_of
 from stackdsl.language.yaml.source import MAX_BYTES, Loaded, Source, load, parsed
 from stackdsl.project_file import OWN_FILE, confined, home_of
@@ -298,9 +298,12 @@ def cases_of(loaded: Loaded) -> tuple[list[Case], list[Diagnostic]]:
     mistakes = list(loaded.diagnostics)
     for source, lines in zip(loaded.sources, _lines(loaded.sources), strict=True):
         compiled, own_mistakes = _source_cases(source)
+        # The mistake in an ambiguous word, such as `yes` for a number, says what to write in its place.
+        explained = {mistake.span for mistake in own_mistakes}.intersection(word.span for word in source.ambiguous)
+        mistakes = [mistake for mistake in mistakes if mistake.span not in explained]
         mistakes += own_mistakes
         # A mistake in one variant may affect all, such as one in the matrix.
-        cases += [] if own_mistakes else [replace(case, lines=lines) for case in compiled]
+        cases += [] if own_mistakes or source.ambiguous else [replace(case, lines=lines) for case in compiled]
     return cases, list(dict.fromkeys(mistakes))
 
 
@@ -335,7 +338,7 @@ def _source_cases(source: Source) -> tuple[Sequence[Case], Sequence[Diagnostic]]
                 cases += [
                     Case(variant.source, scenario, variant, timeline, system, source) for system in scenario.systems
                 ]
-    return cases, tuple(without_duplicates(mistakes))
+    return cases, tuple(without_duplicates(mistakes or unused_kinds(source, variants)))
 
 
 def _first_of_shared_names(sources: Iterable[Source]) -> Mapping[str, Source]:

@@ -23,7 +23,8 @@ from stackdsl.importers.expansion import path_beside
 from stackdsl.importers.formats import MAX_IMPORTED, scenario_text, slug
 from stackdsl.importers.imported_friction import missing_rule
 from stackdsl.importers.load import ImportedLoad, ImportedSurfaces, UnreadableLoadError, digits
-from stackdsl.importers.overhang import overhang_warnings, permitted_area
+from stackdsl.importers.load_warnings import load_warnings
+from stackdsl.importers.overhang import permitted_area
 from stackdsl.importers.settling import SettledLoad, first_unsettleable, moved_lines, settled
 from stackdsl.importers.supervised_reading import load_supervised
 from stackdsl.language.imports import DECKS, LOAD_FORMATS, DefaultUnits, Import
@@ -168,7 +169,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 
 
 def _warnings(found: SettledLoad, asked: Import) -> Iterator[str]:
-    for odd in overhang_warnings(found.load, asked):
+    for odd in load_warnings(found.load, asked):
         yield f"warning: {replace(odd, hint=_as_options(odd.hint))}"
 
 

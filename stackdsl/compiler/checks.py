@@ -70,7 +70,7 @@ def unknown_bricks(built: ResolvedScenario, scenario: Scenario, source: Source) 
     impacts = (name for number, impact in enumerate(scenario.impacts) for name in named_in(impact, ("impacts", number)))
     for reference in (*impacts, *(reference for _, reference in _claimed(scenario))):
         if reference.name not in (all_bodies if reference.or_plane else bricks):
-            candidates = (*bodies, *planes) if reference.or_plane else bodies
+            candidates = (*bodies, *planes) if reference.or_plane else names  # missiles are no part of the structure
             hint = did_you_mean(reference.name, candidates) or f"the names of the bricks are {names[0]} to {names[-1]}"
             yield Diagnostic("SD204", source.span_of(reference.path), f"there is no brick '{reference.name}'", hint)
 

@@ -8,9 +8,10 @@ from math import cos, sin
 from stability.geometry.vectors import multiply, rotate
 from stability.model import GROUND, IDENTITY, Brick, Plane, Pose, Quaternion, Vec3
 from stackdsl.compiler.bricks import BUILD, ActionOrder, HandTimes, ResolvedBrick, WrittenBrick, resolved_bricks
-from stackdsl.diagnostics import Diagnostic
+from stackdsl.diagnostics import Diagnostic, did_you_mean
 from stackdsl.language.hands import ByHand
 from stackdsl.language.model_base import Anchor
+from stackdsl.language.quantities import InputError
 from stackdsl.language.schema import Scenario, Shake
 from stackdsl.language.yaml.source import KeyPath, Source
 
@@ -49,8 +50,9 @@ def scheduled(bricks: Sequence[ResolvedBrick], scenario: Scenario, source: Sourc
         start = next_start if step.at is None else step.at
         if step.after is not None:
             event = _event_time(step.after, schedule)
-            if isinstance(event, str):
-                schedule.mistakes.append(Diagnostic("SD205", source.span_of((*path, "after")), event, _ANCHOR_HINT))
+            if isinstance(event, InputError):
+                span = source.span_of((*path, "after"))
+                schedule.mistakes.append(Diagnostic(event.code, span, event.message, event.hint))
             else:
                 start = event + step.after.offset
         every = (scenario.build[number].every or 0.0) if turn == BUILD else 0.0
@@ -87,11 +89,10 @@ def _shaken_at(shake: Shake, schedule: Schedule, source: Source) -> float:
         return shake.at
     anchor = shake.after or Anchor("built")
     event = _event_time(anchor, schedule)
-    if isinstance(event, str):
+    if isinstance(event, InputError):
         span = source.span_of(("world", "shake", "after"))
-        schedule.mistakes.append(
-            Diagnostic("SD205", span, event.replace("this step waits", "the ground waits"), SHAKEN_HINT)
-        )
+        message = event.message.replace("this step waits", "the ground waits").replace("earlier step", "step")
+        schedule.mistakes.append(Diagnostic(event.code, span, message, event.hint))
         return 0.0
     return event + anchor.offset
 
@@ -105,23 +106,33 @@ def _turns(written: Sequence[WrittenBrick]) -> Mapping[int, list[int]]:
     return by_step
 
 
-SHAKEN_HINT = "refer to an event of the build or of an impact"
-_ANCHOR_HINT = "refer to an event of an earlier step"
-
-
-def _event_time(anchor: Anchor, schedule: Schedule) -> float | str:
-    """Return the end of an event of the steps so far [s], or the message if there is no such event."""
+def _event_time(anchor: Anchor, schedule: Schedule) -> float | InputError:
+    """Return the end of an event of the steps so far [s], or the mistake if there is no such event."""
     if anchor.event == "start":
         return 0.0
     if anchor.event == "impact":
-        number = int(anchor.name)
-        if number <= len(schedule.impacts):
+        number, count = int(anchor.name), len(schedule.impacts)
+        if number <= count:
             return schedule.over[number - 1]
-        return f"this step waits for impact {number}, but only {len(schedule.impacts)} impacts precede it"
+        precede = f"only {count} impact{'s precede' if count > 1 else ' precedes'}" if count else "no impact precedes"
+        message = f"this step waits for impact {number}, but {precede} it"
+        return InputError("SD205", message, _up_to("impact", count))
     if (time := schedule.latest.get((anchor.event, anchor.name))) is not None:
         return time
     event = {"built": "anything", "level": f"level {anchor.name}", "brick": f"brick '{anchor.name}'"}[anchor.event]
-    return f"this step waits for {event}, but no earlier step builds it"
+    names = [name for kind, name in schedule.latest if kind == anchor.event]
+    if anchor.event == "level":
+        hint = _up_to("level", max(map(int, names), default=0))
+    else:
+        hint = did_you_mean(anchor.name, names) or "refer to an event of an earlier step"
+    return InputError("SD205", f"this step waits for {event}, but no earlier step builds it", hint)
+
+
+def _up_to(noun: str, highest: int) -> str:
+    """Return the remedy for a number of a level or an impact that is too high."""
+    if not highest:
+        return "remove `after`, or refer to an event of an earlier step"
+    return f"write {noun} {f'1 to {noun} {highest}' if highest > 1 else '1'}"
 
 
 # Ground, walls, and the tilt, which is the rotation from the scene frame to W.

@@ -10,7 +10,8 @@ from stackdsl.diagnostics import Diagnostic, Span, reading_order
 from stackdsl.importers.formats import MAX_IMPORTED
 from stackdsl.importers.imported_friction import friction_conflict
 from stackdsl.importers.load import UnreadableLoadError, written_box
-from stackdsl.importers.overhang import overhang_warnings, permitted_area
+from stackdsl.importers.load_warnings import load_warnings
+from stackdsl.importers.overhang import permitted_area
 from stackdsl.importers.settling import SettledLoad, first_unsettleable, settled
 from stackdsl.importers.supervised_reading import load_supervised
 from stackdsl.language.imports import Import
@@ -91,7 +92,7 @@ def _expanded(source: Source, library: Library) -> Source:
         if (area := permitted_area(load, options)) is not None:
             decks[path] = area
         warnings += [
-            replace(warning, span=replace(warning.span, where=where)) for warning in overhang_warnings(load, options)
+            replace(warning, span=replace(warning.span, where=where)) for warning in load_warnings(load, options)
         ]
         bricks: list[Plain] = []
         places.value_spans[*path, "bricks"] = source.span_of((*path, IMPORT))

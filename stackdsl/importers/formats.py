@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import PurePath
 from typing import Final
 
 import yaml
@@ -11,15 +12,23 @@ from stackdsl.importers.imported_friction import written_world
 from stackdsl.importers.load import ImportedLoad, LoadReading, UnreadableLoadError, shifted, written_box
 from stackdsl.importers.meshes import read_compas, read_obj
 from stackdsl.importers.pallets import read_bed_bpp, read_pallet_sim
-from stackdsl.importers.tables import read_table
+from stackdsl.importers.tables import DELIMITERS, read_table
+from stackdsl.importers.text_positions import json_text
 from stackdsl.language.imports import LOAD_FORMATS, Format, Import
 from stackdsl.language.yaml.parsing import unreadable_characters
-from stackdsl.language.yaml.source import CHOOSE_TEXT, NO_TEXT, Plain, is_binary
+from stackdsl.language.yaml.source import BOM, Plain, decoded
 
 # The reader of each format.
 
 
 MAX_IMPORTED: Final = 16 << 20  # [bytes] of one file
+# Formats of files that are not read -> the format in which to save them.
+SAVED_AS: Final[Mapping[str, str]] = {
+    **dict.fromkeys((".xlsx", ".xls", ".ods", ".numbers"), "CSV"),
+    **dict.fromkeys((".stl", ".ply", ".off", ".dae", ".gltf", ".glb", ".fbx", ".3ds", ".blend"), "OBJ"),
+    **dict.fromkeys((".step", ".stp", ".iges", ".igs", ".ifc", ".dxf", ".dwg", ".3dm"), "OBJ"),
+    **dict.fromkeys((".sdf", ".world", ".usd", ".usda", ".usdz", ".xacro"), "URDF or MJCF"),
+}
 _CORNER: Final = re.compile(r"^v\s+[-+.\d]", re.MULTILINE)  # a line of an OBJ file
 _ROOT: Final = re.compile(r"\A(?:<\?[^>]*>|<!--(?:(?!-->).)*-->|<!(?!--)[^>]*>|\s)*<(mujoco|robot)\b", re.DOTALL)
 _FACE: Final = re.compile(r"^f\s+-?\d", re.MULTILINE)
@@ -51,15 +60,15 @@ def read_load(data: bytes, file: str, options: Import, read_file: Callable[[str]
         raise UnreadableLoadError(
             [Diagnostic("SD006", Span(file, 1, 1, 1), message, "save the load in a file of its own")]
         )
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        if is_binary(data):
-            raise UnreadableLoadError([Diagnostic("SD002", Span(file, 1, 1, 1), NO_TEXT, CHOOSE_TEXT)]) from error
-        before = page_of(data[: error.start].decode("utf-8", "replace"), file).lines
-        page = page_of(data.decode("utf-8", "replace"), file)
-        span, message = page.span(len(before) - 1, len(before[-1])), f"the byte 0x{data[error.start]:02x} is not UTF-8"
-        raise UnreadableLoadError([Diagnostic("SD002", span, message, "save the file as UTF-8")]) from error
+    suffix = PurePath(file).suffix.lower()
+    if options.format is None and suffix in SAVED_AS:
+        hint = f"save it as {SAVED_AS[suffix]}, and import that"
+        mistake = Diagnostic("SD115", Span(file, 1, 1, 1), f"files of type {suffix} are not supported", hint)
+        raise UnreadableLoadError([mistake])
+    text = decoded(data, file)
+    if isinstance(text, Diagnostic):
+        raise UnreadableLoadError([text])
+    text = text.removeprefix(BOM)
     page = page_of(text, file)
     if (unreadable := next(unreadable_characters(page_of(text.replace("\t", " "), file)), None)) is not None:
         raise UnreadableLoadError([unreadable])
@@ -92,11 +101,13 @@ def _format_of(reading: LoadReading) -> Format:
         return "mjcf" if root[1] == "mujoco" else "urdf"
     elif _CORNER.search(text) and _FACE.search(text):
         return "obj"
-    elif text and not text.startswith("<"):
+    elif not text.startswith("<") and any(mark in text.partition("\n")[0] for mark in DELIMITERS):
         return "table"
     if not text.strip():
         reading.wrong(reading.page.span(0, 0), "the file is empty", "export it again")
         raise UnreadableLoadError(reading.mistakes)
+    if text.startswith("{"):
+        json_text(reading)  # raises UnreadableLoadError at a syntax error, such as the end of a truncated file
     reading.undetermined(
         reading.page.span(0, 0),
         "the format of the file cannot be recognised",

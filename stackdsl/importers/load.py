@@ -70,6 +70,7 @@ class ImportedLoad:
     skipped: tuple[str, ...] = ()  # names of data in the file that do not affect statics and were not read
     surfaces: ImportedSurfaces | None = None  # None if the scenario sets all frictions
     deck: Deck | None = None  # None if the file gives none
+    likely_point: str = ""  # `corner` or `centre`, if the lowest boxes of a table show it
     prefix: str = ""  # put before names that begin with a digit; empty if there are none
 
 

@@ -133,7 +133,10 @@ def read_table(reading: LoadReading, options: Import) -> ImportedLoad:
         reading.end()
     boxes = [_box(reading, row, columns, options.point == "corner") for row in boxes_only]
     _refuse_duplicate_names(reading, boxes_only, columns)
-    load = reading.load([box for box in boxes if box is not None])
+    likely = _likely_headers(rows)
+    load = replace(
+        reading.load([box for box in boxes if box is not None]), likely_point=_likely_point(boxes_only, likely, options)
+    )
     numbered = "name" in columns and any(
         re.match(r"[0-9]", _text_in(row, columns["name"].header)) for row in boxes_only
     )
@@ -150,6 +153,13 @@ def _lines(reading: LoadReading) -> Iterator[_Row]:
         return
     delimiter = max(DELIMITERS, key=reading.page.lines[filled[0]].count)
     headers = [cell.text.strip() for cell in _cells(reading, filled[0], delimiter)]
+    if 2 * sum(number_of(header) is not None for header in headers) > len(headers):
+        example = delimiter.join(
+            ("name", *(f"{side} [mm]" for side in SIDES), "mass [kg]", *(f"{axis} [mm]" for axis in PLACE))
+        )
+        hint = f"write one above it, with the columns in their order, such as `{example}`"
+        reading.wrong(reading.page.span(filled[0], 0), "the table has no line of headers", hint)
+        reading.end()
     for header in sorted({header for header in headers if headers.count(header) > 1}):
         reading.wrong(reading.page.span(filled[0], 0), f"two columns have the name '{header}'", "keep one of them")
     reading.end()

@@ -155,6 +155,8 @@ def json_text(reading: LoadReading) -> JsonText:
         return JsonText(reading, _Decoder().decode(text), starts)
     except json.JSONDecodeError as error:
         start, message, hint = error.pos, f"invalid JSON: {error.msg}", "correct the file, or export it again as JSON"
+        if not text[error.pos :].strip():
+            message, hint = "the JSON ends too early", "complete it, or export it again"
         rest = text[: error.pos].rstrip()[-1:] + text[error.pos :][:1]  # from Python 3.13 on, the mark is at the comma
         if rest in (",}", ",]") or (rest[1:] == "," and text[error.pos + 1 :].lstrip()[:1] in ("}", "]")):
             hint = "remove the comma before the closing bracket"

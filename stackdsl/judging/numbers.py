@@ -21,6 +21,7 @@ from stackdsl.language.quantities import SIGNED, UNIT
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
 from stackdsl.language.variants import CHOOSING, Variant, expand
+from stackdsl.language.yaml.includes import definitions_of
 from stackdsl.language.yaml.source import KeyPath, Plain, Source
 from stackdsl.timeline import Timeline
 
@@ -172,10 +173,7 @@ class ScenarioNumbers:
         lets = {**self.variant.choice, **dict(_members(values.get("let")))}
         if lets:
             values["let"] = lets
-        unused: frozenset[KeyPath] = frozenset(
-            [("let", name) for name in lets] + [("uncertain", name) for name, _ in _members(values.get("uncertain"))]
-        )
-        return replace(written, values=values, inherited=written.inherited | unused)
+        return replace(written, values=values, inherited=written.inherited.union(definitions_of(values)))
 
 
 def _counts(number: float) -> Sequence[float]:

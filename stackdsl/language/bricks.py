@@ -28,7 +28,7 @@ from stackdsl.diagnostics import did_you_mean
 from stackdsl.language import value_types as t
 from stackdsl.language.layouts.registry import BrickSpec
 from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Shorthand, default
-from stackdsl.language.quantities import SIDE, ConsequentialError, InputError, shown
+from stackdsl.language.quantities import SIDE, ConsequentialError, InputError, shown, triple
 from stackdsl.language.value_types import Levels
 from stackdsl.supervising.executors import supervised
 from stackdsl.supervising.worker import Task, TaskStatus, memory_limited
@@ -310,17 +310,6 @@ class Prism(AuthorModel):
         return self
 
 
-_SIZE: Final = re.compile(r"([\d.]+)\s*(\w*)\s*[x×*]\s*([\d.]+)\s*(\w*)\s*[x×*]\s*([\d.]+)\s*([^\W\d]\w*)")
-
-
-def _as_size(text: str) -> str:
-    """Return the remedy for a size in one text, such as `117 x 23 x 8 mm`; empty for other texts."""
-    if (match := _SIZE.fullmatch(text.strip())) is None:
-        return ""
-    x, x_unit, y, y_unit, z, unit = match.groups()
-    return f"write {{size: [{x} {x_unit or unit}, {y} {y_unit or unit}, {z} {unit}], density: 500 kg/m3}}"
-
-
 class BrickKind(Shorthand, ExactlyOneKey):
     """A brick from the catalogue, or a box or convex solid with its size and mass."""
 
@@ -369,7 +358,9 @@ class BrickKind(Shorthand, ExactlyOneKey):
             made._form, made._kind_name = box_form(CATALOGUE[name].size), name
             return made
         message = f"there is no brick {shown(scalar)} in the catalogue or under `brick_types`"
-        raise InputError("SD104", message, _as_size(name) or did_you_mean(str(scalar), (*known, *CATALOGUE)))
+        size = triple(name)
+        hint = f"write {{size: {size}, density: {cls.examples['density']}}}" if size else ""
+        raise InputError("SD104", message, hint or did_you_mean(str(scalar), (*known, *CATALOGUE)))
 
     @classmethod
     def scalar_schema(cls, _properties: dict[str, t.JsonSchema]) -> t.JsonSchema:

@@ -19,11 +19,12 @@ from stackdsl.language.quantities import (
     UNITS,
     InputError,
     in_si,
+    number_remedy,
     quantity_text,
+    range_remedy,
     registry,
     shown,
     unit_amount,
-    without_comma,
 )
 from stackdsl.language.yaml.parsing import MAX_EXACT
 from stackdsl.language.yaml.source import Plain
@@ -97,6 +98,15 @@ _TOKEN = re.compile(
     rf"\s*(?:(?P<literal>{NUMBER})\s*(?P<unit>{UNIT})(?!\s*\()|(?P<number>{NUMBER})(?![\w.])"
     rf"|(?P<name>{VARIABLE.pattern})|(?P<operator>\*\*|[-+*/(),]))\s*"
 )
+
+
+_BARE = re.compile(r"\$?\{{0,2}\s*([A-Za-z]\w*)\s*\}{0,2}")
+
+
+def bare_name(written: object) -> str:
+    """Return the name in a text that is only a name, or one in the notation of other languages: `n`, `$n`, `{{n}}`."""
+    match = _BARE.fullmatch(written.strip()) if isinstance(written, str) else None
+    return match[1] if match else ""
 
 
 class EarlierInputError(Exception):
@@ -285,7 +295,7 @@ def constant(written: Plain, hint: str = "write, for example, 12 or 13.5 mm") ->
     text = str(written) if isinstance(written, int | float) and not isinstance(written, bool) else written
     amount = _amount(text.strip()) if isinstance(text, str) else None
     if amount is None:
-        raise _mistake(f"{shown(written)} is neither a number nor a quantity", without_comma(text) or hint)
+        raise _mistake(f"{shown(written)} is neither a number nor a quantity", number_remedy(text) or hint)
     return amount
 
 
@@ -361,11 +371,13 @@ def values_of(written: Plain, most: int) -> list[Plain]:
 
     Raises InputError, SD206 for more than `most` values, before the values of a range are made.
     """
-    if isinstance(written, str) and (match := _RANGE.fullmatch(written.strip())):
+    remedy = range_remedy(written) if isinstance(written, str) else ""
+    if isinstance(written, str) and not remedy and (match := _RANGE.fullmatch(written.strip())):
         return list(_between(match, written, most))
     if not isinstance(written, list) or not written:
         what = "an empty list" if written == [] else shown(written)
-        raise InputError("SD103", f"expected a list of values or a range, not {what}", _ADVICE)
+        listed = f"write [{written}]" if isinstance(written, int | float) or "," in str(written) else ""
+        raise InputError("SD103", f"expected a list of values or a range, not {what}", remedy or listed or _ADVICE)
     _check_count(most, len(written), "the list")
     return written
 

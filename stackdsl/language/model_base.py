@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Final, Generic, Self, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -105,6 +105,9 @@ class AtLeastOneKey(AuthorModel):
         return self
 
 
+NEGATIONS: Final = frozenset({"false", "never", "no", "none", "not", "nothing", "0"})
+
+
 class Shorthand(AuthorModel):
     """A mapping that may also be written as one scalar: the value of one key, or a word for the default mapping.
 
@@ -113,6 +116,7 @@ class Shorthand(AuthorModel):
 
     scalar_key: ClassVar[str] = ""
     scalar_word: ClassVar[str] = ""
+    opposite: ClassVar[str] = ""  # the entry that says the contrary of the word
 
     @classmethod
     def spelt_out(cls, scalar: object, known: Mapping[str, object]) -> object:
@@ -122,6 +126,8 @@ class Shorthand(AuthorModel):
         if scalar == cls.scalar_word:
             return cls.model_construct()
         message = f"expected '{cls.scalar_word}' or a mapping, not {shown(scalar)}"
+        if cls.opposite and str(scalar).lower() in NEGATIONS:
+            raise InputError("SD104", message, f"write `{cls.opposite}` in its place")
         raise InputError("SD104", message, f"write {cls.scalar_word}, or a mapping with the keys {cls._keys()}")
 
     @classmethod

@@ -1,6 +1,7 @@
 """Reads quantities with units into SI."""
 
 import re
+import unicodedata
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from decimal import Decimal
@@ -46,12 +47,49 @@ class ConsequentialError(ValueError):
 THOUSANDS: Final = re.compile(r"[1-9][0-9]{0,2}(?:,[0-9]{3})+")
 
 
-def without_comma(written: object) -> str:
-    """Return the remedy for a number with a decimal comma; empty for any other value."""
-    if isinstance(written, str) and THOUSANDS.fullmatch(written.strip()):
-        return f"write {written.strip().replace(',', '')}, without commas"
-    match = DECIMAL_COMMA.fullmatch(written.strip()) if isinstance(written, str) else None
-    return f"replace the decimal comma by a point: {match[1]}.{match[2]}{match[3] or ''}" if match else ""
+def number_remedy(written: object) -> str:
+    """Return the remedy for a number with a decimal comma or with characters like those of ASCII; empty for others."""
+    text = written.strip() if isinstance(written, str) else ""
+    if THOUSANDS.fullmatch(text):
+        return f"write {text.replace(',', '')}, without commas"
+    if match := DECIMAL_COMMA.fullmatch(text):
+        return f"replace the decimal comma by a point: {match[1]}.{match[2]}{match[3] or ''}"
+    for character in text:
+        if any(map(str.isdigit, text)) and (ascii_character := _in_ascii(character)) != character:
+            name = f"U+{ord(character):04X} {unicodedata.name(character, '')}".rstrip()
+            return f"write {''.join(map(_in_ascii, text))}; {name} is not the character {ascii_character}"
+    return ""
+
+
+def _in_ascii(character: str) -> str:
+    """Return the ASCII character for a dash, a digit of another script, or a full-width character; others unchanged."""
+    if character == "\N{MINUS SIGN}" or (unicodedata.category(character) == "Pd"):
+        return "-"
+    if character.isdecimal():
+        return str(unicodedata.decimal(character))
+    return unicodedata.normalize("NFKC", character) if "\uff01" <= character <= "\uff5e" else character
+
+
+_RANGE: Final = re.compile(r"([-+]?[\d.]*\d.*?)\s*(?:\.{3}|[-:…\u2010-\u2015\u2212]|\bto\b)\s*([-+]?[\d.]*\d.*)")
+
+
+def range_remedy(text: str) -> str:
+    """Return the remedy for a range written with another sign, such as `1-3`; empty for other texts."""
+    match = _RANGE.fullmatch(text.strip())
+    parts = [QUANTITY.fullmatch(part) for part in match.groups()] if match else [None]
+    return f"write {match[1]} .. {match[2]}" if match and all(parts) else ""
+
+
+_PART: Final = r"([-+]?[\d.]+)\s*([^\W\d]*?)"
+_TRIPLE: Final = re.compile(r"\s*[x×*,;\s]\s*".join([_PART, _PART, r"([-+]?[\d.]+)\s*([^\W\d]+)"]))
+
+
+def triple(text: str) -> str:
+    """Return three quantities in one text, such as `117 x 23 x 8 mm`, as a list in YAML; empty for other texts."""
+    if (match := _TRIPLE.fullmatch(text.strip())) is None:
+        return ""
+    x, x_unit, y, y_unit, z, unit = match.groups()
+    return f"[{x} {x_unit or unit}, {y} {y_unit or unit}, {z} {unit}]"
 
 
 def shown(written: object) -> str:
@@ -215,10 +253,11 @@ def as_text(written: object, dimension: Dimension) -> str:
     raise InputError("SD103", f"expected {dimension.noun}, not {shown(written)}", advice(dimension))
 
 
-def advice(dimension: Dimension) -> str:
-    """Return the remedy for a malformed quantity."""
+def advice(dimension: Dimension, number: str = "") -> str:
+    """Return the remedy for a malformed quantity, or for a number without its unit."""
     unit = " with its unit" if dimension.needs_unit else ""
-    return f"write {dimension.noun}{unit}, such as {dimension.example}"
+    example = f"{number} {dimension.example.split()[-1]}" if number else dimension.example
+    return f"write {dimension.noun}{unit}, such as {example}"
 
 
 def range_advice(dimension: Dimension) -> str:
@@ -259,9 +298,13 @@ def _everyday_unit(unit: str, magnitude: Fraction | float) -> str:
 
 # Units that are not read -> value in a unit that is, for remedies.
 FOREIGN: Final[Mapping[str, tuple[float, str]]] = {
-    "in": (25.4, "mm"),
-    "inch": (25.4, "mm"),
-    "ft": (0.3048, "m"),
+    **dict.fromkeys(("in", "inch", "inches"), (25.4, "mm")),
+    **dict.fromkeys(("ft", "feet"), (0.3048, "m")),
+    **dict.fromkeys(("sec", "secs", "second", "seconds"), (1, "s")),
+    **dict.fromkeys(("h", "hour", "hours"), (60, "min")),
+    **dict.fromkeys(("degree", "degrees"), (1, "deg")),
+    **dict.fromkeys(("g/cc", "g/ccm"), (1, "g/cm3")),
+    "t": (1000, "kg"),
     "lb": (0.45359237, "kg"),
     "oz": (28.349523, "g"),
     "km/h": (1 / 3.6, "m/s"),
@@ -278,7 +321,8 @@ def exact_quantity(text: str, dimension: Dimension) -> Fraction:
     unit = match["unit"] or ""
     unit = "" if unit == dimension.own_unit else "g0" if dimension.gravities and unit == "g" else unit
     if not unit and dimension.needs_unit and Fraction(match["number"]) != 0:  # zero is the same in every unit
-        raise InputError("SD105", f"{shown(text)} has no unit; expected {dimension.noun}", advice(dimension))
+        hint = advice(dimension, match["number"])
+        raise InputError("SD105", f"{shown(text)} has no unit; expected {dimension.noun}", hint)
     if unit and unit.translate(_SPELLINGS) not in _spelled(dimension):
         grams = "in expressions and variables, `g` is the gram; write `g0` for standard gravity"
         if dimension.gravities and unit == "kg":

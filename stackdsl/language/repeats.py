@@ -89,6 +89,12 @@ def compact(text: str) -> str:
 # --- the parts --------------------------------------------------------------------------------------------------------
 
 
+def names_in(value: Plain) -> tuple[str, ...]:
+    """Return the keys of a mapping, or of the mappings in a list: variables, wherever they are written."""
+    mappings = value if isinstance(value, list) else [value]
+    return tuple(name for mapping in mappings if isinstance(mapping, dict) for name in mapping)[:MAX_VARIANTS]
+
+
 def _rows(matrix: Plain, mistakes: Mistakes) -> dict[str, list[Plain]]:
     """Return the rows of `matrix`; a row with a mistake has the single value None."""
     if not isinstance(matrix, dict):
@@ -96,10 +102,14 @@ def _rows(matrix: Plain, mistakes: Mistakes) -> dict[str, list[Plain]]:
             mistakes,
             ("matrix",),
             InputError(
-                "SD103", "expected a mapping of variables to values", "write, for example, {step: [10 mm, 12 mm]}"
+                "SD103",
+                "expected a mapping of variables to values",
+                "write each variable without '- '"
+                if isinstance(matrix, list)
+                else "write, for example, {step: [10 mm, 12 mm]}",
             ),
         )
-        return {}
+        return {name: [None] for name in names_in(matrix)}
     if len(matrix) > MAX_VARIANTS:
         add(mistakes, ("matrix",), InputError("SD206", f"the matrix has more than {MAX_VARIANTS} rows", _FEWER))
         return {}
@@ -138,7 +148,7 @@ def _cases(cases: Plain, mistakes: Mistakes) -> list[dict[str, Plain]]:
             "write one line for each case, such as - {speed: 1 m/s, shift: 34 mm}",
         )
         add(mistakes, ("cases",), mistake)
-        return [{}]
+        return [dict.fromkeys(names_in(cases))]
     if len(cases) > MAX_VARIANTS:
         add(mistakes, ("cases",), InputError("SD206", f"`cases` has {len(cases)} items", _FEWER))
         return [{}]

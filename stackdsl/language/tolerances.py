@@ -19,6 +19,7 @@ from stackdsl.language.quantities import (
     nearest_double,
     quantity_text,
     range_advice,
+    range_remedy,
     si_unit,
 )
 
@@ -62,6 +63,7 @@ class Tolerance:
 
 _ONE_SIDED = re.compile(r"(>=|<=|[<>≥≤])\s*(.+)")
 _AROUND = re.compile(r"(.+?)\s*(?:±|\+/?-)\s*(.+)")
+_APPROXIMATE = ("~", "≈")
 _BETWEEN = re.compile(r"(.+?)\s*\.\.\s*(.+)")
 
 
@@ -150,6 +152,10 @@ def _pair(match: re.Match[str], text: str, dimension: Dimension) -> tuple[Fracti
     unit = QUANTITY.fullmatch(last)
     if dimension.needs_unit and unit and re.fullmatch(SIGNED, first):
         first += unit["unit"] or ""
+    middle = QUANTITY.fullmatch(first)
+    if dimension.needs_unit and unit and middle and unit["unit"] == "%":
+        width = f"{float(middle['number']) * float(unit['number']) / 100:g} {middle['unit']}"
+        raise _malformed(text, "has a width in percent", f"write {first} ± {width}")
     return _part(first, text, dimension), _part(last, text, dimension)
 
 
@@ -157,11 +163,18 @@ def _part(part: str, text: str, dimension: Dimension) -> Fraction:
     try:
         return exact_quantity(part, dimension)
     except InputError as mistake:
+        unit = f" {dimension.example.split()[-1]}" if dimension.needs_unit else ""
+        if mistake.code == "SD105":
+            quantity = f"{text}{unit}"
+            forms = f'write, for example, {quantity} ± 0.1{unit}, "<= {quantity}" or ">= {quantity}"'
+            is_single = QUANTITY.fullmatch(text) is not None
+            raise InputError("SD105", mistake.message, forms if is_single else f"write {quantity}") from mistake
         if mistake.code != "SD103":
             raise
-        raise _malformed(
-            text, f"cannot be read at '{part}'", "write, for example, 9 ± 1, >= 20, or 5 .. 7"
-        ) from mistake
+        if part[:1] in _APPROXIMATE and QUANTITY.fullmatch(bare := part[1:].strip()):
+            raise _malformed(text, "has no width", _with_room(bare)) from mistake
+        forms = f'write, for example, 9{unit} ± 1{unit}, ">= 20{unit}", or 5{unit} .. 7{unit}'
+        raise _malformed(text, f"cannot be read at '{part}'", range_remedy(part) or forms) from mistake
 
 
 def _can_hold(tolerance: Tolerance, dimension: Dimension) -> bool:

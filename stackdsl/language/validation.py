@@ -2,7 +2,7 @@
 
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final, NamedTuple, get_args
 
@@ -13,11 +13,13 @@ from stackdsl.diagnostics import Diagnostic, capped, did_you_mean, meant_choice,
 from stackdsl.entry_points import offered_systems
 from stackdsl.language.bricks import BrickKind, known_bricks, laid
 from stackdsl.language.distributions import sampled
+from stackdsl.language.expressions import bare_name
 from stackdsl.language.layouts.registry import place
-from stackdsl.language.quantities import ConsequentialError, InputError, shown, without_comma
+from stackdsl.language.quantities import QUANTITY, ConsequentialError, InputError, number_remedy, shown, triple
 from stackdsl.language.schema import Package, Scenario, is_installed, models
 from stackdsl.language.value_types import PROVING
-from stackdsl.language.variants import Variant
+from stackdsl.language.variants import KINDS, Variant
+from stackdsl.language.yaml.includes import definitions_of
 from stackdsl.language.yaml.source import KeyPath, Plain, Source
 
 # Conflicts between values of a scenario that are valid by themselves.
@@ -136,9 +138,6 @@ RANGES: Final = {
     "too_long": "the list has {actual_length} items; the maximum is {max_length}",
 }
 
-MISWRITTEN: Final = re.compile(
-    r"\$[A-Za-z]\w*|\$?\{{1,2}[^{}]*\}{1,2}"
-)  # an expression in the syntax of other languages
 # Limits in the JSON schema: keys of the lower and the upper limit, and the counted noun.
 LIMITS: Final = (
     ("minimum", "maximum", ""),
@@ -147,6 +146,9 @@ LIMITS: Final = (
 )
 
 
+VALUE_CODES: Final = ("SD103", "SD104", "SD110")  # of a value of the wrong form
+ANY_WORD: Final = "word"  # permitted where any name is
+NOTHING_MEANT: Final[Mapping[KeyPath, str]] = {}
 MOST_COMPARED: Final = 20  # unknown keys that are compared with a missing key
 MOST_EXPLAINED: Final = 4  # keys with a description in the remedy for a missing mapping
 _ITEMS: Final = "begin each item with `- `"
@@ -170,8 +172,10 @@ def validate(source: Source, variant: Variant) -> tuple[Scenario | None, tuple[D
         known = known_bricks(variant.values.get("brick_types"), source.files)
         scenario = models().Scenario.model_validate(variant.values, context=known)
     except ValidationError as error:
-        details = _without_echoes(_of_first_repetitions(error.errors(include_url=False), source))
-        return None, _in_order(capped(_diagnostic(source, detail) for detail in details))
+        details = _of_first_repetitions(error.errors(include_url=False), source)
+        meant = _meant_keys(details, source)
+        remaining = _without_echoes(details, meant)
+        return None, _in_order(capped(_diagnostic(source, detail, meant) for detail in remaining))
     mistakes = _in_order(capped(conflicts(scenario, source)))
     return (None if mistakes else scenario), mistakes
 
@@ -196,15 +200,47 @@ def _of_first_repetitions(details: Iterable[ErrorDetails], source: Source) -> li
     return list(first.values())
 
 
-def _without_echoes(details: Sequence[ErrorDetails]) -> Iterator[ErrorDetails]:
+def _meant_keys(details: Iterable[ErrorDetails], source: Source) -> dict[KeyPath, str]:
+    """Return the key that the author means for each invalid text that suits exactly one other key of its mapping.
+
+    That is a missing key, or an optional one whose values are neither any words nor quantities: `built` under `at`
+    means `after`.
+    """
+    from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+
+    missing: defaultdict[KeyPath, list[str]] = defaultdict(list)
+    for detail in details:
+        if detail["type"] == "missing":
+            missing[detail["loc"][:-1]].append(str(detail["loc"][-1]))
+    meant: dict[KeyPath, str] = {}
+    for detail in details:
+        path, written = detail["loc"], detail["input"]
+        if not isinstance(written, str) or not path or _explain(detail).code not in VALUE_CODES:
+            continue
+        around = path[:-1]
+        free = (key for key in keys_at(around) if (*around, key) not in source.value_spans)
+        fitting = [key for key in missing[around] if _permits((*around, key), written)]
+        if not fitting and not QUANTITY.fullmatch(written):
+            fitting = [
+                key for key in free if _permits((*around, key), written) and not _permits((*around, key), ANY_WORD)
+            ]
+        if len(fitting) == 1:
+            meant[path] = fitting[0]
+    return meant
+
+
+def _without_echoes(details: Sequence[ErrorDetails], meant: dict[KeyPath, str]) -> Iterator[ErrorDetails]:
     """Yield the errors that do not follow from others. A misspelt key is not also reported as missing."""
     unknown: defaultdict[KeyPath, list[str]] = defaultdict(list)
+    supplied = {(*path[:-1], key) for path, key in meant.items()}
     for detail in details:
         if detail["type"] == "extra_forbidden":
             unknown[detail["loc"][:-1]].append(str(detail["loc"][-1]))
     for detail in details:
         *path, last = detail["loc"] or ("",)
-        misspelt = detail["type"] == "missing" and meant_choice(str(last), unknown[tuple(path)][:MOST_COMPARED])
+        others = unknown[tuple(path)][:MOST_COMPARED]
+        is_supplied = detail["loc"] in supplied or any(_synonym(other, [str(last)]) for other in others)
+        misspelt = detail["type"] == "missing" and (is_supplied or meant_choice(str(last), others))
         if not misspelt and not _is_echo(detail):
             yield detail
 
@@ -220,7 +256,7 @@ def _is_echo(detail: ErrorDetails) -> bool:
     return detail["type"] == "too_short" and len(written) >= detail["ctx"]["min_length"]
 
 
-def _diagnostic(source: Source, detail: ErrorDetails) -> Diagnostic:
+def _diagnostic(source: Source, detail: ErrorDetails, meant: Mapping[KeyPath, str] = NOTHING_MEANT) -> Diagnostic:
     """Convert an error of pydantic. `span_of` handles parts of its path that are not in the file."""
     from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
 
@@ -228,6 +264,13 @@ def _diagnostic(source: Source, detail: ErrorDetails) -> Diagnostic:
     code, message, hint = _explain(detail)
     if code in ("SD105", "SD106") and "${" in source.span_of(path).text:
         message, hint = _of_expression(code, message, hint, detail["input"])
+    elif detail["type"] == "int_type" and "${" in source.span_of(path).text:
+        message = f"the expression gives {shown(detail['input'])}, not a whole number"
+        hint = "round it with floor, ceil or round" if isinstance(detail["input"], float) else hint
+    elif path in meant:
+        hint = f"write `{meant[path]}: {_quoted(detail['input'])}`"
+    elif code != "SD101" and (name := bare_name(detail["input"])) in _variables(source):
+        hint = f"'{name}' is a variable; write \"${{{name}}}\""
     elif code != "SD101" and isinstance(detail["input"], list) and f"{path[-1]}s" in keys_at(path[:-1]):
         hint = f"write `{path[-1]}s` in place of `{path[-1]}`"
     if path[-1:] == ("[key]",):  # pydantic's path to the key of a mapping
@@ -237,6 +280,10 @@ def _diagnostic(source: Source, detail: ErrorDetails) -> Diagnostic:
     else:
         span = source.key_span_of(path) if code == "SD101" else source.span_of(path)
     return Diagnostic(code, span, message, hint)
+
+
+def _variables(source: Source) -> Iterator[str]:
+    return (str(path[-1]) for path in definitions_of(source.values) if path[0] != KINDS)
 
 
 def _of_expression(code: str, message: str, hint: str, value: object) -> tuple[str, str]:
@@ -255,8 +302,8 @@ def _explain(detail: ErrorDetails) -> _Explanation:
     last = path[-1] if path else ""
     mistake = terms.get("error")
     if isinstance(mistake, InputError):
-        return _Explanation(mistake.code, mistake.message, without_comma(written) or mistake.hint)
-    if (remedy := without_comma(written)) and kind in ("int_type", "float_type"):
+        return _Explanation(mistake.code, mistake.message, number_remedy(written) or mistake.hint)
+    if (remedy := number_remedy(written)) and kind in ("int_type", "float_type"):
         return _Explanation("SD103", f"expected {WANTED[kind]}, not {shown(written)}", remedy)
     if kind == "too_long" and any(isinstance(item, int | float) for item in written):
         terms = {**terms, "more": "; write decimals with a point instead of a comma"}
@@ -283,12 +330,45 @@ def _explain(detail: ErrorDetails) -> _Explanation:
 
 NUMBER: Final = re.compile(r"([-+]?\d+(?:\.\d+)?)\s*([%;]?)")
 REST: Final = {"": "quotes", "%": "'%'", ";": "';'"}  # what follows a number as text
-SYNONYMS: Final = {
-    **dict.fromkeys(("pull", "take", "pull_out"), "remove"),
-    **dict.fromkeys(("hit", "shoot"), "throw"),
-    **dict.fromkeys(("weight",), "mass"),
-    **dict.fromkeys(("courses", "layers", "rows", "storeys"), "levels"),
-}  # words of new users for keys
+# Words of new users for each key. A word that stands at several keys means the first that is permitted at its place.
+WORDS: Final = {
+    "scenario": "name title id",
+    "description": "comment note notes",
+    "extends": "base inherits inherit extend",
+    "systems": "system engine engines simulator solver backend",
+    "let": "variables vars constants parameters define",
+    "matrix": "params parametrize sweep variants",
+    "brick_types": "types kinds materials",
+    "build": "steps structure layout layouts scene objects stack column",
+    "impacts": "actions events disturbances impact",
+    "expect": "assert asserts assertions claims checks expectations should tests then verify",
+    "watch": "duration hold",
+    "column": "stack tower pile",
+    "bricks": "box boxes block blocks cube cubes cuboid body bodies objects count number levels",
+    "levels": "courses layers rows storeys stories floors height count number",
+    "brick": "type kind material brick_type",
+    "name": "id label",
+    "mass": "weight",
+    "density": "rho",
+    "size": "dimensions dims extents",
+    "friction": "mu cof coefficient friction_coefficient",
+    "origin": "at position pos offset",
+    "at": "position pos location coordinates time when start target brick level",
+    "onto": "on at target",
+    "on": "onto support",
+    "rotate": "rotation orientation angle yaw",
+    "every": "interval period delay",
+    "gap": "spacing distance",
+    "spacing": "gap distance step",
+    "remove": "pull pull_out take extract",
+    "throw": "hit shoot launch",
+    "push": "shove nudge poke kick",
+    "impulse": "force momentum",
+    "speed": "velocity",
+    "stands": "stable standing upright",
+    "collapses": "unstable topples fails",
+    "displaced": "moves moved",
+}
 ROUND: Final = ("sphere", "ball", "cylinder", "cone", "capsule", "radius", "diameter")
 ROUND_BODIES: Final = (
     "round bodies are not modelled; give a kind of `brick_types` the corners of a solid with many faces, as `points` "
@@ -327,7 +407,7 @@ SHIFT_OF_ONE: Final = (
 
 def _known_key(key: str, written: object, path: KeyPath) -> str:
     """Return the remedy for an unknown key: a sibling mapping that has the key, a similar key, or all keys."""
-    from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+    from stackdsl.language.json_schema import keys_at, nodes_at  # noqa: PLC0415 -- only mistakes need it
 
     if key in ROUND:
         return ROUND_BODIES
@@ -340,13 +420,33 @@ def _known_key(key: str, written: object, path: KeyPath) -> str:
     if key == "brick" and path[-1:] == ("displaced",):
         return SHIFT_OF_ONE.format(shown(written).strip("'"))
     siblings = keys_at(path)
-    if SYNONYMS.get(key) in siblings:
-        return f"write `{SYNONYMS[key]}`"
+    if meant := _synonym(key, siblings):
+        is_list = any(node.get("type") == "array" for node in nodes_at((*path, meant)))
+        listed = is_list and isinstance(written, str) and not keys_at((*path, meant, 0))
+        return f"write `{meant}: [{written}]`" if listed else f"write `{meant}` in place of `{key}`"
     first, _, rest = key.partition(" ")
     if rest and first in siblings:
         return f"put a colon after it: `{first}: {{{rest}: {shown(written)}}}`".replace("'", "")
-    parents = [sibling for sibling in siblings if key in keys_at((*path, sibling))]
-    return f"this key belongs in `{parents[0]}`" if len(parents) == 1 else did_you_mean(key, siblings)
+    return _place_of(key, path) or did_you_mean(key, siblings)
+
+
+def _place_of(key: str, path: KeyPath) -> str:
+    """Return the remedy for a key that belongs beside the mapping at a path, or in a value of it; empty if neither."""
+    from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+
+    for depth in reversed(range(len(path))):
+        if isinstance(path[depth], str) and key in keys_at(path[:depth]):
+            return f"this key belongs beside `{path[depth]}`, not in it"
+    parents = [sibling for sibling in keys_at(path) if key in keys_at((*path, sibling))]
+    lists = [sibling for sibling in keys_at(path) if key in keys_at((*path, sibling, 0))]
+    if len(parents) == 1:
+        return f"this key belongs in `{parents[0]}`"
+    return f"this key belongs in an item of `{lists[0]}`" if lists else ""
+
+
+def _synonym(word: str, keys: Iterable[str]) -> str:
+    """Return the first key that new users call by this word; empty if none of the keys."""
+    return next((key for key, words in WORDS.items() if key in keys and word.lower() in words.split()), "")
 
 
 SINE: Final = ", frequency: 2 Hz, for: 2 s"  # the other keys of a shake
@@ -367,8 +467,8 @@ def _as_mapping(written: object, path: KeyPath) -> str:
             return f"write {{{counts[0]}: {written}}}: {description_at((*path, counts[0]))}"
     key, text = _key_for(written, path, keys), _quoted(written)
     companion = f", density: {BrickKind.examples['density']}" * (key == "size" and "density" in keys)
-    if path[-1:] == ("margin",) and key and isinstance(written, str) and written[:1] not in "<>":
-        text = f'">= {written}"'
+    if key and isinstance(written, str) and _permits((*path, key), limit := f">= {written}"):
+        text = f'"{limit}"'
     companion = SINE if path[-1:] == ("shake",) and key == "acceleration" else companion
     entry = f"{{{key}: {text}{companion}}}"
     example = f"write {entry}; " if key else ""
@@ -382,16 +482,22 @@ def _key_for(written: object, path: KeyPath, keys: Sequence[str]) -> str:
     """Return the key whose value the text or list may be: the first that permits it; empty if none does."""
     from stackdsl.language.json_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
 
-    for key in keys:
-        nodes = list(nodes_at((*path, key)))
-        if isinstance(written, list | tuple) and any(node.get("type") == "array" for node in nodes):
+    kind = "array" if isinstance(written, list | tuple) else "string" if isinstance(written, str) else "number"
+    fitting = [key for key in keys if any(node.get("type") == kind for node in nodes_at((*path, key)))]
+    if not isinstance(written, str):
+        return fitting[0] if fitting and not isinstance(written, bool) else ""
+    for text in (written, f">= {written}"):  # a value, or the limit of a tolerance
+        if key := next((key for key in fitting if _permits((*path, key), text)), ""):
             return key
-        patterns = [node["pattern"] for node in nodes if node.get("type") == "string" and "pattern" in node]
-        if isinstance(written, str) and any(re.fullmatch(pattern, written) for pattern in patterns):
-            return key
-    first = keys[0] if keys else ""
-    is_text = isinstance(written, str) and any(node.get("type") == "string" for node in nodes_at((*path, first)))
-    return first if is_text else ""
+    return fitting[0] if fitting[:1] == [*keys[:1]] else ""
+
+
+def _permits(path: KeyPath, text: str) -> bool:
+    """Return whether a text has the form of the values at a path."""
+    from stackdsl.language.json_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
+
+    patterns = (node["pattern"] for node in nodes_at(path) if node.get("type") == "string" and "pattern" in node)
+    return any(re.fullmatch(pattern, text) for pattern in patterns)
 
 
 def _quoted(written: object) -> str:
@@ -429,10 +535,16 @@ def _within(path: KeyPath) -> str:
 
     schema = {key: limit for node in reversed(list(nodes_at(path))) for key, limit in node.items()}
     for least, most, noun in LIMITS:
-        if least in schema and most in schema:
-            return f"write {schema[least]:g} to {schema[most]:g}{noun}"
-        if least in schema:
-            return f"write at least {schema[least]:g}{noun}"
+        if least not in schema:
+            continue
+        nouns = noun.removesuffix("s") if schema[least] == 1 else noun
+        if schema.get(most) == schema[least]:
+            return f"write {schema[least]:g}{nouns}"
+        return (
+            f"write {schema[least]:g} to {schema[most]:g}{noun}"
+            if most in schema
+            else (f"write at least {schema[least]:g}{nouns}")
+        )
     return ""
 
 
@@ -443,8 +555,11 @@ def _list_of(written: float | str, path: KeyPath) -> str:
     if keys := keys_at((*path, 0)):
         return _with_value(str(written), (*path, 0)).replace("`", "`- ", 1) if written in keys else _ITEMS
     least = next((int(node["minItems"]) for node in nodes_at(path) if "minItems" in node), 1)
-    if least == 3 and isinstance(written, str) and written.endswith(("deg", "rad", "°")):  # noqa: PLR2004 -- axes
-        return f"write [0 deg, 0 deg, {written}] for a rotation about z"
+    if least == 3 and (listed := triple(str(written))):  # noqa: PLR2004 -- axes
+        return f"write {listed}"
+    if path[-1:] == ("rotate",):
+        unit = "" if str(written).endswith(("deg", "rad", "°")) else " deg"
+        return f"write [0 deg, 0 deg, {written}{unit}] to turn it about z"
     return f"write [{written}]" if least == 1 else f"write a list of {least} items"
 
 
@@ -456,15 +571,15 @@ def _form(detail: ErrorDetails) -> str:
             return _ITEMS
         case "tuple_type" if isinstance(written, str | int | float):
             return _list_of(written, detail["loc"])
-        case "int_type" | "float_type" if isinstance(written, str) and MISWRITTEN.fullmatch(written):
-            return f"write ${{{written.strip('${} ')}}} if it is an expression"
+        case "int_type" | "float_type" if isinstance(written, str) and written[:1] in "${":
+            return f'write "${{{written.strip("${} ")}}}" if it is an expression'
         case "int_type" | "float_type" if isinstance(written, str) and (number := NUMBER.fullmatch(written.strip())):
             bare = f"{float(number[1]) / 100:g}" if number[2] == "%" else number[1]
             return f"write {bare}, without {REST[number[2]]}"
         case "int_type" | "float_type":
             return _within(detail["loc"]) or f"write {WANTED[detail['type']]}"
         case "string_type":
-            return "quote it"
+            return "write text in its place" if isinstance(written, bool) else "quote it"
     return f"write {WANTED[detail['type']]}" if detail["type"] in WANTED else ""
 
 

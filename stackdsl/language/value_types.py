@@ -241,7 +241,9 @@ def _read_text(written: object, pattern: str, noun: str, advice: str) -> str:
     if not isinstance(written, str):
         raise InputError("SD103", f"expected {noun}, not {shown(written)}", advice)
     if not re.fullmatch(pattern, written):
-        raise InputError("SD104", f"{shown(written)} is not {noun}", advice)
+        near = re.sub(r"[^a-z0-9]+", "-", written.lower()).strip("-")
+        example = f"write {near}: " if near != written and re.fullmatch(pattern, near) else ""
+        raise InputError("SD104", f"{shown(written)} is not {noun}", example + advice)
     return written
 
 

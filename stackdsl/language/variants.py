@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Final
 
 from stackdsl.diagnostics import Diagnostic, capped, reading_order
 from stackdsl.language.distributions import Distribution, Inline, Pick, distributions, is_inline, middle, named, subject
-from stackdsl.language.expressions import EarlierInputError, inner_names, interpolate, value_of, variables_in
+from stackdsl.language.expressions import (
+    EarlierInputError,
+    bare_name,
+    inner_names,
+    interpolate,
+    value_of,
+    variables_in,
+)
 from stackdsl.language.quantities import InputError
 from stackdsl.language.repeats import (
     REPEAT,
@@ -20,11 +27,13 @@ from stackdsl.language.repeats import (
     check_name,
     combinations_of,
     expand_repeats,
+    names_in,
 )
+from stackdsl.language.yaml.includes import definitions_of
 from stackdsl.language.yaml.source import KeyPath, Plain, Source
 
 if TYPE_CHECKING:
-    from stackdsl.language.expressions import Names
+    from stackdsl.language.expressions import Names, Value
 
 CHOOSING: Final = ("matrix", "cases", "exclude")
 FIXED: Final = ("scenario", "let", "uncertain", *CHOOSING)  # keys whose expressions are not evaluated with the rest
@@ -67,8 +76,8 @@ def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]
         span = source.key_span_of(error.path)
         return (), (Diagnostic("SD206", span, error.message, "split it into several scenarios"),)
     mistaken = any(mistakes for _, mistakes in mistakes_by_source)
-    diagnostics = capped(diagnostics_of(mistakes_by_source) if mistaken else _unused(source))
-    return tuple(variants), tuple(sorted(diagnostics, key=reading_order))
+    diagnostics = diagnostics_of(mistakes_by_source) if mistaken else _unused(source)
+    return tuple(variants), tuple(sorted(capped(diagnostics), key=reading_order))
 
 
 def _too_many(source: Source, cause: str) -> Diagnostic:
@@ -146,7 +155,10 @@ def _variant(
 
     `pick` chooses the values of random variables: the nominal ones by default.
     """
-    rows = {name: None if written is None else value_of(written) for name, written in choice.values.items()}
+    rows: dict[str, Value | None] = {
+        name: None if written is None else value_of(written) for name, written in choice.values.items()
+    }
+    rows |= dict.fromkeys(_misplaced(source.values))
     filling = _Filling(most)
     if "uncertain" in source.values:
         uncertain = distributions(source.values["uncertain"], rows, filling.mistakes)
@@ -173,6 +185,14 @@ def _variant(
         filling.mistakes,
         filling.done,
     )
+
+
+def _misplaced(values: Mapping[str, Plain]) -> Iterable[str]:
+    """Return the variables under a misspelt key, such as `matrixx`, which validation reports."""
+    from stackdsl.language.schema import models  # noqa: PLC0415 -- it imports all layouts and claims
+
+    unknown = values.keys() - {field.alias or key for key, field in models().Scenario.model_fields.items()}
+    return [name for key in unknown for name in names_in(values[key])]
 
 
 def _check_fixed(source: Source, mistakes: Mistakes) -> None:
@@ -206,7 +226,7 @@ def _let(let: Plain, rows: "Names", filling: "_Filling") -> tuple["Names", Plain
             ("let",),
             InputError("SD103", "expected a mapping of variables to values", "write, for example, {length: 120 mm}"),
         )
-        return rows, let
+        return {**rows, **dict.fromkeys(names_in(let))}, let
     names, lets = dict(rows), dict(let)
     for name, written in let.items():
         filled = filling.of(written, ("let", name), names)
@@ -254,30 +274,49 @@ class _Filling:
         return value
 
 
-# --- unused variables -------------------------------------------------------------------------------------------------
+# --- unused variables and kinds of bricks -----------------------------------------------------------------------------
+
+
+KINDS: Final = "brick_types"
+PROSE: Final = ("scenario", "description", "tags")  # keys whose words name nothing
 
 
 def _unused(source: Source) -> Iterable[Diagnostic]:
-    """Yield variables that no expression uses, except the one that names the cases."""
-    used = set(_used({key: value for key, value in source.values.items() if key not in CHOOSING}))
-    for path, name in _defined(source):
-        if name not in used and path not in source.inherited:
+    """Yield variables that nothing uses, except the one that names the cases."""
+    used = {
+        name
+        for text in _texts({key: value for key, value in source.values.items() if key not in CHOOSING})
+        for name in (variables_in(text) if "${" in text else [bare_name(text)])
+    }
+    definitions = [path for path in definitions_of(source.values) if path[0] != KINDS]
+    naming = next((path for path in definitions if path[0] == "cases"), None)
+    for path in definitions:
+        name = str(path[-1])
+        if name not in used and path not in source.inherited and path != naming:
             message = f"the variable '{name}' is unused"
             yield Diagnostic("SD112", source.key_span_of(path), message, f"use it as ${{{name}}}, or remove it")
 
 
-def _defined(source: Source) -> Iterable[tuple[KeyPath, str]]:
-    for key in ("matrix", "uncertain", "let"):
-        rows = source.values.get(key)
-        yield from (((key, name), name) for name in (rows if isinstance(rows, dict) else ()))
-    cases = source.values.get("cases")
-    first = cases[0] if isinstance(cases, list) and cases else {}
-    yield from ((("cases", 0, name), name) for name in list(first if isinstance(first, dict) else ())[1:])
+def unused_kinds(source: Source, variants: Iterable[Variant]) -> Iterable[Diagnostic]:
+    """Yield the kinds of bricks that no variant of a valid scenario uses."""
+    defined = [path for path in definitions_of(source.values) if path[0] == KINDS and path not in source.inherited]
+    used = set(_words([source.values, *(variant.values for variant in variants)])) if defined else set()
+    for path in defined:
+        if (name := str(path[-1])) not in used:
+            message = f"the kind of brick '{name}' is unused"
+            yield Diagnostic("SD112", source.key_span_of(path), message, f"use it as `brick: {name}`, or remove it")
 
 
-def _used(value: Plain) -> Iterable[str]:
+def _words(documents: Iterable[Mapping[str, Plain]]) -> Iterable[str]:
+    """Yield the words of documents that may name a kind of brick."""
+    for values in documents:
+        for text in _texts({key: value for key, value in values.items() if key not in (*PROSE, KINDS)}):
+            yield from re.findall(r"[\w.-]+", text)
+
+
+def _texts(value: Plain) -> Iterable[str]:
     if isinstance(value, dict | list):
         for member in value.values() if isinstance(value, dict) else value:
-            yield from _used(member)
-    elif isinstance(value, str) and "${" in value:
-        yield from variables_in(value)
+            yield from _texts(member)
+    elif isinstance(value, str):
+        yield value

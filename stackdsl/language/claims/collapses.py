@@ -28,6 +28,7 @@ class Collapses(Shorthand, ClaimKind):
     share: t.ShareOfSamples | None = Field(None, description="share of the samples in which the structure collapses")
 
     scalar_word: ClassVar[str] = "any"
+    opposite: ClassVar[str] = "stands: all"
     requires_physical_collapse: ClassVar[bool] = True
     allows_removed_bricks: ClassVar[bool] = True
 

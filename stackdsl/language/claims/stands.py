@@ -39,6 +39,7 @@ class Stands(Shorthand, ClaimKind):
     share: t.ShareOfSamples | None = Field(None, description="share of the samples in which all bricks stand")
 
     scalar_word: ClassVar[str] = "all"
+    opposite: ClassVar[str] = "collapses: any"
     only_falls: ClassVar[bool] = True
     reported_margins: ClassVar[tuple[str, ...]] = ("friction", "placement")
 

@@ -3,20 +3,19 @@
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import count, islice
+from itertools import count
 from pathlib import Path as FilePath
 from typing import Final
 
-from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, meant_choice, reading_order
+from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, reading_order
 from stackdsl.disk import read_file
 from stackdsl.language.yaml.parsing import MAX_VALUES
-from stackdsl.language.yaml.source import MAX_BYTES, KeyPath, Loaded, PlaceBuilder, Plain, Source, load
+from stackdsl.language.yaml.source import MAX_BYTES, KeyPath, Loaded, PlaceBuilder, Plain, Source, load, similar_file
 from stackdsl.project_file import OWN_FILE, ProjectError, root_around
 
 # Access to files: a scenario may only use files inside the root of its project.
 
 
-MOST_BESIDE: Final = 1000  # files of a folder that are searched for a similar name
 OTHER_MARKS: Final = ("pyproject.toml", ".git")  # mark a root where there is no file of StackDSL
 
 
@@ -59,23 +58,11 @@ def file_in_project(written: str, beside: str, root: str) -> str:
             message, f"move the file into the project, or mark a folder above as its root with a file {OWN_FILE}"
         )
     if not os.path.exists(true):
-        raise OutsideError(f"the file {path} does not exist", _similar_file(path))
+        hint = similar_file(path, beside) or "check the path, which is relative to the folder of this file"
+        raise OutsideError(f"the file {path} does not exist", hint)
     if not os.path.isfile(true):
         raise OutsideError(f"{path} is not a regular file", "write the path of a YAML file")
     return path
-
-
-def _similar_file(path: str) -> str:
-    """Return the remedy for a missing file: a file of a similar name in the same folder, if there is one."""
-    hint = "check the path, which is relative to the folder of this file"
-    folder, name = os.path.split(path)
-    try:
-        with os.scandir(folder or ".") as entries:
-            beside = [entry.name for entry in islice(entries, MOST_BESIDE) if entry.is_file()]
-    except OSError:
-        return hint
-    meant = meant_choice(name, sorted(beside))
-    return f"did you mean '{meant}'?" if meant else hint
 
 
 # Mesh files of bricks: relative to the file that names them, and read once for a scenario.
@@ -209,7 +196,13 @@ def composed(loaded: Loaded, library: Library) -> Loaded:
         resolved, unread = with_solid_files(resolved, library.bytes_of)
         mistakes += unread
         sources += [] if unread else [resolved]
+    sources = [_spared(source) if source.value_spans[()] in composer.bases else source for source in sources]
     return Loaded(tuple(sources), (*loaded.diagnostics, *sorted(dict.fromkeys(mistakes), key=reading_order)))
+
+
+def _spared(source: Source) -> Source:
+    """Return a scenario that others extend, which may define what only they use."""
+    return replace(source, inherited=source.inherited.union(definitions_of(source.values)))
 
 
 def _is_composed(source: Source) -> bool:
@@ -232,6 +225,7 @@ class _Composer:
     taken: int = 0  # values copied so far
     read: int = 0  # [bytes]
     seen: dict[str, None] = field(default_factory=dict)  # files so far, in order
+    bases: set[Span] = field(default_factory=set)  # places of the scenarios that others extend
 
     def resolve(self, source: Source, trail: tuple[Source, ...]) -> Source:
         """Resolve all references of a scenario, or of a part. `trail` is the chain of references to it.
@@ -312,7 +306,9 @@ class _Composer:
     # --- extends ------------------------------------------------------------------------------------------------------
 
     def _extended(self, source: Source, trail: tuple[Source, ...]) -> Source:
-        base = self.resolve(self._base(source), trail)
+        written = self._base(source)
+        self.bases.add(written.value_spans[()])
+        base = self.resolve(written, trail)
         own = {key: value for key, value in source.values.items() if key != EXTENDS}
         overridden = {"scenario", *own} - set(MERGED)
         base_values = {key: value for key, value in base.values.items() if key not in overridden}
@@ -329,8 +325,16 @@ class _Composer:
             places.note_all(source, value, (key,), (key,))
         places.note(source, (), ())
         values = {**copied, **own, **{key: {**_mapping(base_values[key]), **_mapping(own[key])} for key in merged}}
-        inherited = variables_of(copied) - variables_of(own) | base.inherited
-        return Source(source.file, values, places.value_spans, places.key_spans, inherited, tuple(self.seen))
+        inherited = frozenset(definitions_of(copied)).difference(definitions_of(own)) | base.inherited
+        return replace(
+            source,
+            values=values,
+            value_spans=places.value_spans,
+            key_spans=places.key_spans,
+            inherited=inherited,
+            parts=tuple(self.seen),
+            ambiguous=(*base.ambiguous, *source.ambiguous),
+        )
 
     def _base(self, source: Source) -> Source:
         """Return the unresolved scenario that `extends` refers to."""
@@ -440,9 +444,9 @@ def _size(value: Plain) -> int:
     return 1
 
 
-def variables_of(values: Mapping[str, Plain]) -> frozenset[KeyPath]:
-    """Return the paths at which the variables of a scenario are defined."""
-    named = [(key, name) for key in ("let", "matrix") for name in _mapping(values.get(key))]
+def definitions_of(values: Mapping[str, Plain]) -> tuple[KeyPath, ...]:
+    """Return the paths at which the variables and the kinds of bricks of a scenario are defined."""
     cases = values.get("cases")
     first = _mapping(cases[0]) if isinstance(cases, list) and cases else {}
-    return frozenset([*named, *(("cases", 0, name) for name in first)])
+    named = [(key, name) for key in ("matrix", "uncertain", "let", "brick_types") for name in _mapping(values.get(key))]
+    return (*named, *(("cases", 0, name) for name in first))

@@ -1,6 +1,7 @@
 """Parses YAML into nodes with places, and rejects ambiguous and malformed YAML."""
 
 import re
+import shlex
 import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -46,7 +47,7 @@ SYNTAX: Final = (
     ("a flow sequence:", "the list that begins in line # has no ',' or ']' here", "add it; in brackets, quote ${...}"),
     ("a flow mapping:", "the mapping that begins in line # has no ',' or '}' here", "add it; in braces, quote ${...}"),
     ("a flow node:", "a value or a closing bracket is missing", "add it, or quote text that contains , [ ] { or }"),
-    ("a block scalar", "the text block that begins with '@' is malformed", 'quote a comparison: ">= 20"'),
+    ("a block scalar", "the text block that begins with '@' is malformed", "quote text that begins with | or >"),
     ("mapping keys", "the '?' has no key", "quote it"),
     ("unexpected ':'", "the ':' in brackets has no key", "quote the text that contains it"),
     ("sequence entries", "a list cannot begin here", "begin it on the next line, or quote the text"),
@@ -109,6 +110,9 @@ VALUE_BEGINS: Final = re.compile(r"[\[{,]\s*|:\s+")
 VALUE_GOES_ON: Final = re.compile(r"""(?:\$\{[^}"']*\}|(?!\s#|:\s)[^]},"'])*""")
 NO_SPACE: Final = re.compile(r"\s*(?:- )?([\w-]+):([^\s:/].*)")
 EQUALS: Final = re.compile(r"\s*(?:- )?([\w-]+\s*)=\s*([^\s=].*)")
+ONLY_KEY: Final = re.compile(r"\s*(?:- )?([\w-]+)\s*")
+COMPARISON: Final = re.compile(r">=?\s*[^\s#][^#]*")
+NO_DASH_SPACE: Final = re.compile(r"-([A-Za-z][\w-]*)$")
 NO_COLON: Final = re.compile(r"([\w-]+)\s*([{\[].*)")
 KEY_BEFORE: Final = re.compile(r".*?[^\s,{\[]\s+([\w-]+)\s*$")
 WIDE_SPACE: Final = re.compile("[\u00a0\u1680\u2000-\u200a\u202f\u205f\u3000]")  # blank, but no separator in YAML
@@ -129,39 +133,78 @@ def _missing_quotes(text: str) -> tuple[int, str, str] | None:
     return None
 
 
-def _typical_slip(
-    page: Page, error: yaml.MarkedYAMLError, line: int, column: int, description: str
-) -> tuple[tuple[int, int], str, str] | None:
-    """Return place, message and hint of a slip that the text shows; None for other syntax errors."""
-    text, in_brackets = page.lines[line], re.search("a flow (mapping|sequence):", description)
-    problem = (error.problem_mark.line, error.problem_mark.column) if error.problem_mark else (line, column)
+Slip: TypeAlias = tuple[tuple[int, int], str, str]  # place, message and hint
+
+
+def _typical_slip(page: Page, error: yaml.MarkedYAMLError, line: int, column: int, description: str) -> Slip | None:
+    """Return a slip that the text shows; None for other syntax errors."""
+    text = page.lines[line]
     if wide := WIDE_SPACE.search(text):
         return (line, wide.start()), f"{_name(wide[0])} does not count as a space", SPACE_REMEDY
     if quote := TYPOGRAPHIC.search(text):
         return (line, quote.start()), f"{quote[0]} is not a quote of YAML", 'write "'
-    if "simple key" in description and (key := NO_SPACE.match(text)):
-        return (line, key.end(1)), "a space is missing after ':'", f"write `{key[1]}: {key[2].strip()}`"
-    if "simple key" in description and (key := EQUALS.match(text)):
-        return (line, key.end(1)), "'=' in place of ':'", f"write `{key[1].strip()}: {key[2].strip()}`"
-    if in_brackets and (quotes := _missing_quotes(text)):
-        start, message, written = quotes
-        return (line, start), message, f'write "{written}"'
-    has_colon = in_brackets and problem[0] == line and page.at(*problem) == ":"
-    if has_colon and (key := KEY_BEFORE.match(text[: problem[1]])):
-        return (line, key.start(1)), f"a ',' is missing before `{key[1]}`", "add it"
-    if "a block mapping:" in description and page.at(line, column) in "}]":
-        return (line, column), f"one '{page.at(line, column)}' too many", "remove it"
-    if "a block collection:" in description and BEGINS.match(text) and not text.lstrip().startswith("- "):
-        item = next((each for each in reversed(page.lines[:line]) if each.lstrip().startswith("- ")), None)
-        if item is not None and ":" in item:
-            indent = len(item) - len(item.lstrip()) + 2
-            name = text.strip().partition(":")[0]
-            hint = f"indent `{name}` by {indent} spaces, like the other keys of the item, or begin an item with '- '"
-            return (line, column), "the line belongs to no item of the list", hint
+    if "simple key" in description:
+        return _slip_of_key(text, line)
+    if "a block scalar" in description and (comparison := COMPARISON.match(text, column)):
+        return (line, column), "a value that begins with '>' needs quotes", f'write "{comparison[0].rstrip()}"'
+    if re.search("a flow (mapping|sequence):", description):
+        return _slip_in_brackets(page, error, line)
+    if re.search("a block (mapping|collection):", description):
+        return _slip_of_block(page, error, line, column)
     return None
 
 
+def _slip_of_key(text: str, line: int) -> Slip | None:
+    """Return the slip of a line that has no colon where a key ends."""
+    if key := NO_SPACE.match(text):
+        return (line, key.end(1)), "a space is missing after ':'", f"write `{key[1]}: {key[2].strip()}`"
+    if key := EQUALS.match(text):
+        return (line, key.end(1)), "'=' in place of ':'", f"write `{key[1].strip()}: {key[2].strip()}`"
+    if key := ONLY_KEY.fullmatch(text):
+        return (line, key.start(1)), "the key has no ':'", f"write `{key[1]}:`, or check the indentation"
+    return None
+
+
+def _slip_in_brackets(page: Page, error: yaml.MarkedYAMLError, line: int) -> Slip | None:
+    """Return the slip in a list or mapping in brackets."""
+    text = page.lines[line]
+    if quotes := _missing_quotes(text):
+        start, message, written = quotes
+        return (line, start), message, f'write "{written}"'
+    problem = (error.problem_mark.line, error.problem_mark.column) if error.problem_mark else (line, 0)
+    has_colon = problem[0] == line and page.at(*problem) == ":"
+    if has_colon and (key := KEY_BEFORE.match(text[: problem[1]])):
+        return (line, key.start(1)), f"a ',' is missing before `{key[1]}`", "add it"
+    return None
+
+
+def _slip_of_block(page: Page, error: yaml.MarkedYAMLError, line: int, column: int) -> Slip | None:
+    """Return the slip of a line that does not continue the list or mapping above it."""
+    if page.at(line, column) in set("}]"):
+        return (line, column), f"one '{page.at(line, column)}' too many", "remove it"
+    key, opening = FIRST_KEY.match(page.lines[line]), error.context_mark
+    if key is None or key.start(1) != column or opening is None:
+        return None
+    if "collection" in str(error.context):
+        opening_line = next(number for number in range(line - 1, -1, -1) if ITEM.match(page.lines[number]))
+    else:
+        opening_line = opening.line
+    item = ITEM.match(page.lines[opening_line])
+    first = FIRST_KEY.match(page.lines[opening_line], item.end() if item else opening.column)
+    if first is None:
+        return None
+    message = f"`{key[1]}` is indented by {column} spaces, and so belongs to no mapping"
+    hint = f"indent it by {first.start(1)} spaces, like `{first[1]}` in line {opening_line + 1}"
+    return (
+        (line, column),
+        message,
+        hint + (", or begin an item with '- '" if "collection" in str(error.context) else ""),
+    )
+
+
 BEGINS: Final = re.compile(r"\s*(?:- |[\w-]+\s*:(?:\s|$))")  # a line that begins a key or an item
+ITEM: Final = re.compile(r"\s*- +")
+FIRST_KEY: Final = re.compile(r"\s*([\w-]+)\s*:(?:\s|$)")  # a line, or the rest of one, that begins a key
 
 
 def _end_before(page: Page, line: int) -> tuple[int, int]:
@@ -329,6 +372,7 @@ MAX_MISTAKES: Final = 1000  # reported for one file
 ANCHORS_COMPARED: Final = 20  # anchors compared with a misspelt alias; all of a hostile file would take minutes
 
 IMPORTED: Final = (".csv", ".obj", ".urdf", ".xml", ".tsv", ".txt")  # files of other programs
+TABLE: Final = re.compile(r"[^,;]*(?:,[^,;]*){3}|[^,;]*(?:;[^,;]*){3}")  # the first four cells of a row
 BEGIN: Final = "begin with `scenario: NAME`"
 NO_MAPPING: Final = "a scenario must be a mapping of keys to values, but this document is "
 
@@ -375,16 +419,17 @@ class Reading:
     page: Page
     events: Iterator[yaml.Event]
     diagnostics: list[Diagnostic] = field(default_factory=list)
+    ambiguous: list[Diagnostic] = field(default_factory=list)  # words that some YAML parsers read as booleans
     anchors: dict[str, Node | None] = field(default_factory=dict)  # None: its value is not complete yet
     values: int = 0
     aliased: int = 0  # values repeated by aliases
 
-    def report(self, code: str, span: Span, message: str, hint: str = "") -> None:
-        """Add a diagnostic. Raises StopReadingError if there are too many."""
+    def report(self, code: str, span: Span, message: str, hint: str = "", *, is_ambiguous: bool = False) -> None:
+        """Add a diagnostic; one of an ambiguous word leaves the document valid. Raises StopReadingError at a limit."""
         diagnostic = Diagnostic(code, span, message, hint)
-        if len(self.diagnostics) >= MAX_MISTAKES - 1:
+        if len(self.diagnostics) + len(self.ambiguous) >= MAX_MISTAKES - 1:
             raise StopReadingError(diagnostic)
-        self.diagnostics.append(diagnostic)
+        (self.ambiguous if is_ambiguous else self.diagnostics).append(diagnostic)
 
 
 def document(reading: Reading, start: yaml.DocumentStartEvent) -> Map | None:
@@ -402,9 +447,11 @@ def document(reading: Reading, start: yaml.DocumentStartEvent) -> Map | None:
         raise StopReadingError(_wide_space(reading, root))
     if isinstance(root, yaml.ScalarEvent):
         hint = "put a space after the colon" if ":" in root.value else BEGIN
-        if reading.page.file.lower().endswith(IMPORTED):
-            hint = "convert it first, with `stackdsl import`"
-        reading.report("SD004", _span(reading.page, root), NO_MAPPING + "a single value", hint)
+        is_table = TABLE.match(root.value) is not None
+        if is_table or reading.page.file.lower().endswith(IMPORTED):
+            hint = f"convert it first, with `stackdsl import {shlex.quote(reading.page.file)}`"
+        kind = "a table" if is_table else "a single value"
+        reading.report("SD004", _span(reading.page, root), NO_MAPPING + kind, hint)
         return None
     node = _node(reading, root, 0, None)
     if isinstance(node, List):
@@ -445,6 +492,9 @@ def _node(reading: Reading, event: yaml.Event, depth: int, owner: Span | None) -
         return _alias(reading, event.anchor or "", span)
     assert isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent)  # no other event begins a value
     _report_tag(reading, event, span)
+    if isinstance(event, yaml.MappingStartEvent) and (template := TEMPLATE.match(span.excerpt, _offset(span))):
+        hint = f'write "${{{template[1]}}}"'
+        raise StopReadingError(Diagnostic("SD004", span, f"{template[0]} is not an expression of scenarios", hint))
     if event.anchor and event.anchor in reading.anchors:
         reading.report("SD010", span, f"the anchor '{shown(event.anchor)}' is defined twice", "use different names")
     if event.anchor:
@@ -453,6 +503,14 @@ def _node(reading: Reading, event: yaml.Event, depth: int, owner: Span | None) -
     if event.anchor:
         reading.anchors[event.anchor] = node
     return node
+
+
+TEMPLATE: Final = re.compile(r"\{\{\s*([^{}]*[^{}\s])\s*\}\}")  # an expression of Jinja
+
+
+def _offset(span: Span) -> int:
+    """Return where a span begins in its excerpt."""
+    return span.column - span.excerpt_column
 
 
 def _alias(reading: Reading, name: str, span: Span) -> Node:
@@ -491,11 +549,13 @@ def _leaf(reading: Reading, event: yaml.ScalarEvent, owner: Span | None) -> Leaf
     value = plain_value(event.value)
     if not isinstance(value, Trap):
         return Leaf(span, value)
+    is_word = value in (TRUE, FALSE)
     if event.value:
-        reading.report("SD009", span, f"'{shown(event.value)}' {value.meaning}", value.remedy)
+        message = f"'{shown(event.value)}' {value.meaning}"
+        reading.report("SD009", span, message, value.remedy, is_ambiguous=is_word)
     else:
         _report_missing(reading, event, owner)
-    return Leaf(span, None)
+    return Leaf(span, event.value if is_word else None)
 
 
 def _report_commands(reading: Reading, value: str, span: Span) -> None:
@@ -516,7 +576,9 @@ def _report_missing(reading: Reading, event: yaml.ScalarEvent, owner: Span | Non
     """Point at the key without a value, or at the dash of an empty item."""
     line, column = _start(event)
     span = owner or reading.page.span(line, max(0, column - 1))
-    reading.report("SD009", span, "a value is missing", _remedy_of_missing(span))
+    remedy = _remedy_of_missing(span)
+    message = "the ',' before this text begins another entry" if remedy == COMMA else "a value is missing"
+    reading.report("SD009", span, message, remedy)
 
 
 def _remedy_of_missing(span: Span) -> str:
@@ -541,10 +603,11 @@ def _ends_in_comma(span: Span) -> bool:
 def _report_swallowed_comparison(reading: Reading, event: yaml.ScalarEvent, span: Span) -> None:
     """Report `>5`, which opens a text block indented by five, and would swallow a comparison and the next lines."""
     line, column = _start(event)
-    if re.match(r"([&!]\S*\s+)*[|>][-+]?\d", reading.page.lines[line][column:]):
-        reading.report(
-            "SD009", span, "this value begins a text block with a fixed indentation", 'quote a comparison: ">5"'
-        )
+    text = reading.page.lines[line][column:]
+    if re.match(r"([&!]\S*\s+)*[|>][-+]?\d", text):
+        comparison = COMPARISON.search(text)
+        hint = f'write "{comparison[0].rstrip()}"' if comparison else "quote text that begins with |"
+        reading.report("SD009", span, "this value begins a text block with a fixed indentation", hint)
 
 
 # --- collections ------------------------------------------------------------------------------------------------------
@@ -573,6 +636,9 @@ def _map(reading: Reading, start: yaml.CollectionStartEvent, depth: int, owner: 
     while not isinstance(event := next(reading.events), yaml.MappingEndEvent):
         key, span = _key(reading, event, depth)
         value = _node(reading, next(reading.events), depth + 1, span)
+        if key in entries and depth == 0 and key == "scenario":
+            message = "a second scenario begins here, in the document of the first"
+            raise StopReadingError(Diagnostic("SD003", span, message, "write a line with only --- above it"))
         if key in entries:
             first = entries[key][0]
             message = f"duplicate key '{shown(key)}', first defined at {first.line}:{first.column}"
@@ -602,6 +668,9 @@ def _key(reading: Reading, event: yaml.Event, depth: int) -> tuple[str | None, S
     _report_tag(reading, event, span)
     if not event.style and WIDE_SPACE.search(event.value):
         raise StopReadingError(_wide_space(reading, event))
+    if not event.style and (item := NO_DASH_SPACE.match(event.value)):
+        message, hint = "a space is missing after '-'", f"write `- {item[1]}: `, followed by the value"
+        raise StopReadingError(Diagnostic("SD004", span, message, hint))
     if not event.style and (key := NO_COLON.match(event.value)):
         rest = span.excerpt[span.column - span.excerpt_column + key.start(2) :].strip()
         message, hint = f"a ':' is missing after '{key[1]}'", f"write `{key[1]}: {rest}`"

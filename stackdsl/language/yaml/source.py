@@ -1,5 +1,6 @@
 """Reads YAML text into plain values, with the place of every key and value."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -10,7 +11,7 @@ from typing import Final, TypeAlias
 import yaml
 
 from stability.process_settings import uncollected
-from stackdsl.diagnostics import Diagnostic, Page, ScenarioWarning, Span, page_of
+from stackdsl.diagnostics import Diagnostic, Page, ScenarioWarning, Span, meant_choice, page_of
 from stackdsl.disk import Content, read_file, with_digest
 from stackdsl.language.yaml.parsing import (
     BEGIN,
@@ -63,6 +64,7 @@ Plain: TypeAlias = Scalar | list["Plain"] | dict[str, "Plain"]
 
 MAX_BYTES: Final = 1 << 20  # far more than in files written by hand; parsing takes seconds at most
 MAX_SCENARIOS: Final = 2000  # of one file; a second
+MOST_BESIDE: Final = 1000  # files of a folder that are searched for a similar name
 MAX_ALIASED: Final = 20_000  # values that the aliases of one file may repeat
 
 BOM: Final = "\ufeff"
@@ -83,6 +85,7 @@ class Source:
     files: Mapping[str, str] = field(default_factory=dict)  # texts of mesh files by path
     # of imported loads, by the path of the step; with their permitted overhang
     decks: Mapping[KeyPath, Area] = field(default_factory=dict)
+    ambiguous: tuple[Diagnostic, ...] = ()  # words that some YAML parsers read as booleans, here read as text
 
     def span_of(self, path: KeyPath) -> Span:
         """Return the place of the value at `path`, or else of the closest ancestor that exists."""
@@ -97,7 +100,10 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """The content of a file: documents without mistakes, and the mistakes of the others in the order of the text."""
+    """The content of a file: documents without mistakes, and the mistakes of the others in the order of the text.
+
+    The diagnostics include those of ambiguous words, whose documents are kept to know which values they should be.
+    """
 
     sources: tuple[Source, ...]
     diagnostics: tuple[Diagnostic, ...]
@@ -120,14 +126,26 @@ def load(path: FilePath, within: str = "", content: Content | None = None) -> Lo
             content = with_digest(read(path, MAX_BYTES + 1))
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = getattr(error, "strerror", None) or str(error)
-        missing = isinstance(error, FileNotFoundError)
-        hint = (
-            "check the path, or create a scenario with `stackdsl new`"
-            if missing
-            else "check the path and the permissions of the file"
-        )
+        hint = "check the path and the permissions of the file"
+        if isinstance(error, FileNotFoundError):
+            hint = similar_file(str(path)) or "check the path, or create a scenario with `stackdsl new`"
         return _refused(Diagnostic("SD001", Span(file, 1, 1, 1), f"cannot read the file: {reason}", hint))
     return parsed(content, file)
+
+
+def similar_file(path: str, beside: str = "") -> str:
+    """Return the remedy for a missing file: another file of a similar name in its folder; empty if there is none.
+
+    `beside` is the file that names it, which is not proposed.
+    """
+    folder, name = os.path.split(path)
+    try:
+        with os.scandir(folder or ".") as entries:
+            files = [entry.name for entry in islice(entries, MOST_BESIDE) if entry.is_file()]
+    except (OSError, ValueError):  # as above
+        return ""
+    meant = meant_choice(name, sorted({*files} - {os.path.basename(beside)}))
+    return f"did you mean '{visible(os.path.join(folder, meant))}'?" if meant else ""
 
 
 @uncollected()
@@ -135,10 +153,8 @@ def parsed(content: Content, file: str) -> Loaded:
     """Parse the content of a file; `file` is its name for diagnostics."""
     if len(content.data) > MAX_BYTES:
         return _refused(_too_large(file))
-    try:
-        return replace(parse(content.data.decode("utf-8"), file), digest=content.digest)
-    except UnicodeDecodeError as error:
-        return _refused(_not_utf8(content.data, error.start, file))
+    text = decoded(content.data, file)
+    return _refused(text) if isinstance(text, Diagnostic) else replace(parse(text, file), digest=content.digest)
 
 
 def parse(text: str, file: str) -> Loaded:
@@ -162,24 +178,25 @@ def _too_large(file: str) -> Diagnostic:
 
 
 UTF_16: Final = (b"\xff\xfe", b"\xfe\xff")  # how text of that encoding begins
+ARCHIVE: Final = b"PK\x03\x04"  # how an archive begins, and so a workbook
+SAVE_AS_UTF_8: Final = "save the file as UTF-8"
 
 
-def is_binary(data: bytes) -> bool:
-    """Return whether a file that is not UTF-8 is no text in another encoding either."""
-    return b"\0" in data and not data.startswith(UTF_16)
-
-
-NO_TEXT: Final = "the file is not a text file"
-CHOOSE_TEXT: Final = "choose the right file; save a workbook or an archive as text first, such as CSV"
-
-
-def _not_utf8(data: bytes, position: int, file: str) -> Diagnostic:
-    before = page_of(data[:position].decode("utf-8").removeprefix(BOM), file).lines
-    page = page_of(data.decode("utf-8", "replace").removeprefix(BOM), file)
-    span = page.span(len(before) - 1, len(before[-1]))
-    if is_binary(data):
-        return Diagnostic("SD002", Span(file, 1, 1, 1), NO_TEXT, CHOOSE_TEXT)
-    return Diagnostic("SD002", span, f"the byte 0x{data[position]:02x} is not UTF-8", "save the file as UTF-8")
+def decoded(data: bytes, file: str) -> str | Diagnostic:
+    """Return the text of a file, or the reason why it has none."""
+    start = Span(file, 1, 1, 1)
+    if data.startswith(UTF_16):
+        return Diagnostic("SD002", start, "the text of the file is UTF-16", SAVE_AS_UTF_8)
+    if data.startswith(ARCHIVE) or b"\0" in data:
+        hint = "choose the right file; save a workbook or an archive as text first, such as CSV"
+        return Diagnostic("SD002", start, "the file is not a text file", hint)
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        page = page_of(data.decode("utf-8", "replace").removeprefix(BOM), file)
+        before = page_of(data[: error.start].decode("utf-8", "replace").removeprefix(BOM), file).lines
+        span = page.span(len(before) - 1, len(before[-1]))
+        return Diagnostic("SD002", span, f"the byte 0x{data[error.start]:02x} is not UTF-8", SAVE_AS_UTF_8)
 
 
 def _read(page: Page) -> Loaded:
@@ -188,8 +205,10 @@ def _read(page: Page) -> Loaded:
     try:
         for event in reading.events:
             if isinstance(event, yaml.DocumentStartEvent):
+                before = len(reading.ambiguous)
                 root = document(reading, event)
-                sources += [_source(reading, root)] if root else []
+                ambiguous = tuple(reading.ambiguous[before:])
+                sources += [replace(_source(reading, root), ambiguous=ambiguous)] if root else []
                 if len(sources) > MAX_SCENARIOS:
                     span = sources[-1].value_spans[()]
                     message = f"the file contains more than {MAX_SCENARIOS} scenarios"
@@ -202,7 +221,8 @@ def _read(page: Page) -> Loaded:
         reading.diagnostics.append(syntax_error(page, error))
     except (ValueError, OverflowError):  # the pure parser raises these for an escape beyond Unicode
         reading.diagnostics.append(Diagnostic("SD004", page.span(*page.last_visible()), *UNKNOWN_ESCAPE))
-    ordered = sorted(reading.diagnostics, key=lambda mistake: (mistake.span.line, mistake.span.column, mistake.code))
+    mistakes = reading.diagnostics + reading.ambiguous
+    ordered = sorted(mistakes, key=lambda mistake: (mistake.span.line, mistake.span.column, mistake.code))
     return Loaded(tuple(sources), tuple(ordered))
 
 

@@ -91,7 +91,7 @@ def test_strict_bound_excludes_itself(written: str, low: float, high: float, low
         (9, LEVEL, "SD105"),
         (5, DURATION, "SD105"),
         ("5 mm .. 7 mm", DURATION, "SD106"),
-        ("200 mm ± 2 %", EXTENT, "SD106"),
+        ("200 mm ± 2 %", EXTENT, "SD107"),
         ("9 ± 1 mm", COUNT, "SD106"),
         (True, COUNT, "SD103"),
         (None, COUNT, "SD103"),

@@ -52,7 +52,7 @@ UNSEEN = "is invisible, or changes the appearance of the line"
         ("a: {b: 1}}\n", "1:10", "one '}' too many"),
         ("b: 2\na:1\n", "2:2", "a space is missing after ':'"),
         ("a: {b: \u201c1\u201d}}\n", "1:8", "\u201c is not a quote of YAML"),
-        ("a:\n  - b: {c: 1}\n   d: 2\n", "3:4", "the line belongs to no item of the list"),
+        ("a:\n  - b: {c: 1}\n   d: 2\n", "3:4", "`d` is indented by 3 spaces, and so belongs to no mapping"),
         ("a: [1, 2\nb: 3\n", "1:8", "the list that begins in line 1 has no ',' or ']' here"),
         ("a:\n  - [1, 2", "2:5", "the list that begins in line 2 has no ',' or ']' here"),
         ("a: [${x}, 1]\n", "1:5", "${x} needs quotes in braces or brackets"),

@@ -63,8 +63,8 @@ def test_an_unquoted_comparison_is_not_swallowed_by_a_text_block() -> None:
     (tight,) = parse("a: >5\nb: 1\n", "a.yaml").diagnostics
     assert mistakes("a: &x >5\nb: 1\n") == ["SD009 1:4"]
     (loose,) = parse("a: >= 20\nb: 1\n", "a.yaml").diagnostics
-    assert (tight.code, str(tight.span), tight.hint) == ("SD009", "a.yaml:1:4", 'quote a comparison: ">5"')
-    assert (loose.code, str(loose.span), loose.hint) == ("SD004", "a.yaml:1:4", 'quote a comparison: ">= 20"')
+    assert (tight.code, str(tight.span), tight.hint) == ("SD009", "a.yaml:1:4", 'write ">5"')
+    assert (loose.code, str(loose.span), loose.hint) == ("SD004", "a.yaml:1:4", 'write ">= 20"')
 
 
 # --- refused features -------------------------------------------------------------------------------------------------
