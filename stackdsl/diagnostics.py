@@ -36,7 +36,7 @@ CODES = {
     "SD109": "malformed or failing expression",
     "SD110": "malformed anchor (a time tied to an event)",
     "SD111": "more mistakes than are reported",
-    "SD112": "a variable that is used nowhere",
+    "SD112": "a variable or a kind of brick that is used nowhere",
     "SD113": "a file that cannot be included",
     "SD114": "an imported file that does not match its format",
     "SD115": "an imported file that needs another key to be read",

@@ -124,14 +124,14 @@ def _event_time(anchor: Anchor, schedule: Schedule) -> float | InputError:
     if anchor.event == "level":
         hint = _up_to("level", max(map(int, names), default=0))
     else:
-        hint = did_you_mean(anchor.name, names) or "refer to an event of an earlier step"
+        hint = did_you_mean(anchor.name, names) or "name another event"
     return InputError("SD205", f"this step waits for {event}, but no earlier step builds it", hint)
 
 
 def _up_to(noun: str, highest: int) -> str:
     """Return the remedy for a number of a level or an impact that is too high."""
     if not highest:
-        return "remove `after`, or refer to an event of an earlier step"
+        return "remove `after`, or name another event"
     return f"write {noun} {f'1 to {noun} {highest}' if highest > 1 else '1'}"
 
 

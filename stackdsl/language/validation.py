@@ -421,9 +421,10 @@ def _known_key(key: str, written: object, path: KeyPath) -> str:
         return SHIFT_OF_ONE.format(shown(written).strip("'"))
     siblings = keys_at(path)
     if meant := _synonym(key, siblings):
-        is_list = any(node.get("type") == "array" for node in nodes_at((*path, meant)))
+        is_list = any(node.get("type") == "array" and node.get("minItems") == 1 for node in nodes_at((*path, meant)))
         listed = is_list and isinstance(written, str) and not keys_at((*path, meant, 0))
-        return f"write `{meant}: [{written}]`" if listed else f"write `{meant}` in place of `{key}`"
+        remedy = f"write `{meant}: [{written}]`" if listed else f"write `{meant}` in place of `{key}`"
+        return _with_meaning(remedy, (*path, meant))
     first, _, rest = key.partition(" ")
     if rest and first in siblings:
         return f"put a colon after it: `{first}: {{{rest}: {shown(written)}}}`".replace("'", "")
@@ -465,6 +466,8 @@ def _as_mapping(written: object, path: KeyPath) -> str:
         counts = [key for key in keys if any(node.get("type") == "integer" for node in nodes_at((*path, key)))]
         if len(counts) == 1:
             return f"write {{{counts[0]}: {written}}}: {description_at((*path, counts[0]))}"
+    if written in ("any", True) and "count" in keys:
+        written = ">= 1"
     key, text = _key_for(written, path, keys), _quoted(written)
     companion = f", density: {BrickKind.examples['density']}" * (key == "size" and "density" in keys)
     if key and isinstance(written, str) and _permits((*path, key), limit := f">= {written}"):

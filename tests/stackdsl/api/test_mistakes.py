@@ -32,7 +32,7 @@ def column(levels: int = 3, step: object = None, every: str | None = None, when:
 @pytest.mark.parametrize(
     ("keys", "key", "remedy"),
     [
-        ({"build": [column(step="12")]}, "column.step", 'write a length with its unit, such as "13.5 mm"'),
+        ({"build": [column(step="12")]}, "column.step", 'write a length with its unit, such as "12 mm"'),
         ({"build": [column(when="0,5 s")]}, "when", "replace the decimal comma by a point: 0.5 s"),
         ({"build": column()}, "build", "put it into a list, [...]: steps of building, in order"),
         ({"build": [column(step="${shift}")]}, "column.step", "define it in `let={...}`"),
