@@ -44,18 +44,19 @@ class ConsequentialError(ValueError):
     """A consequence of a mistake that is reported elsewhere; not reported itself."""
 
 
+LONGEST_NUMBER: Final = 100  # [characters] of a text that may be meant as numbers; longer ones take long to match
 THOUSANDS: Final = re.compile(r"[1-9][0-9]{0,2}(?:,[0-9]{3})+")
 
 
 def number_remedy(written: object) -> str:
     """Return the remedy for a number with a decimal comma or with characters like those of ASCII; empty for others."""
-    text = written.strip() if isinstance(written, str) else ""
+    text = written.strip() if isinstance(written, str) and len(written) <= LONGEST_NUMBER else ""
     if THOUSANDS.fullmatch(text):
         return f"write {text.replace(',', '')}, without commas"
     if match := DECIMAL_COMMA.fullmatch(text):
         return f"replace the decimal comma by a point: {match[1]}.{match[2]}{match[3] or ''}"
-    for character in text:
-        if any(map(str.isdigit, text)) and (ascii_character := _in_ascii(character)) != character:
+    for character in text if any(map(str.isdigit, text)) else "":
+        if (ascii_character := _in_ascii(character)) != character:
             name = f"U+{ord(character):04X} {unicodedata.name(character, '')}".rstrip()
             return f"write {''.join(map(_in_ascii, text))}; {name} is not the character {ascii_character}"
     return ""
@@ -75,7 +76,7 @@ _RANGE: Final = re.compile(r"([-+]?[\d.]*\d.*?)\s*(?:\.{3}|[-:…\u2010-\u2015\u
 
 def range_remedy(text: str) -> str:
     """Return the remedy for a range written with another sign, such as `1-3`; empty for other texts."""
-    match = _RANGE.fullmatch(text.strip())
+    match = _RANGE.fullmatch(text.strip()) if len(text) <= LONGEST_NUMBER else None
     parts = [QUANTITY.fullmatch(part) for part in match.groups()] if match else [None]
     return f"write {match[1]} .. {match[2]}" if match and all(parts) else ""
 
@@ -86,7 +87,7 @@ _TRIPLE: Final = re.compile(r"\s*[x×*,;\s]\s*".join([_PART, _PART, r"([-+]?[\d.
 
 def triple(text: str) -> str:
     """Return three quantities in one text, such as `117 x 23 x 8 mm`, as a list in YAML; empty for other texts."""
-    if (match := _TRIPLE.fullmatch(text.strip())) is None:
+    if len(text) > LONGEST_NUMBER or (match := _TRIPLE.fullmatch(text.strip())) is None:
         return ""
     x, x_unit, y, y_unit, z, unit = match.groups()
     return f"[{x} {x_unit or unit}, {y} {y_unit or unit}, {z} {unit}]"

@@ -241,7 +241,8 @@ def _read_text(written: object, pattern: str, noun: str, advice: str) -> str:
     if not isinstance(written, str):
         raise InputError("SD103", f"expected {noun}, not {shown(written)}", advice)
     if not re.fullmatch(pattern, written):
-        near = re.sub(r"[^a-z0-9]+", "-", written.lower()).strip("-")
+        stem = re.sub(r".*/|\.ya?ml$", "", written.lower())  # of a path
+        near = re.sub(r"[^a-z0-9]+", "-", stem).strip("-")
         example = f"write {near}: " if near != written and re.fullmatch(pattern, near) else ""
         raise InputError("SD104", f"{shown(written)} is not {noun}", example + advice)
     return written
