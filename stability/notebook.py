@@ -4,7 +4,7 @@ from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 from functools import singledispatch
 from html import escape
-from typing import Final, Protocol
+from typing import TYPE_CHECKING, Final, NoReturn, Protocol
 
 # Text on these stands out in light and in dark notebooks: at least 6.5:1.
 GROUNDS: Final = {True: "#17683f", False: "#b3261e", None: "#565b62"}
@@ -85,6 +85,15 @@ class Displayed:
     def _repr_mimebundle_(self, include: Container[str] | None = None, exclude: object = None) -> dict[str, str]:
         """Return the value as text and as HTML, for notebooks; the HTML only if it is wanted."""
         return bundle([display_of(self)], include)
+
+    if not TYPE_CHECKING:  # with `__getattr__`, type checkers would accept any name
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """Raise AttributeError, which has the names of all attributes."""
+            names = [] if name.startswith("_") else [each for each in dir(type(self)) if not each.startswith("_")]
+            has = f"; choose from: {', '.join(names)}" if names else ""
+            kind = type(self).__name__
+            raise AttributeError(f"'{kind}' object has no attribute '{name}'{has}", name=name, obj=self)
 
 
 class Printed(Displayed):

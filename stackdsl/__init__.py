@@ -7,8 +7,10 @@ From Python::
 Public names are loaded at their first use, so that importing the package is fast.
 """
 
+import sys
 from importlib import import_module
 from time import time
+from types import FrameType
 from typing import TYPE_CHECKING
 
 from stability.process_settings import ask_for_one_thread
@@ -80,6 +82,31 @@ _HOMES = {
 _MODULES = ("claims", "impacts", "layouts")  # of `stackdsl.api`
 
 
+# Words of new users for public names.
+_MEANT = {
+    **dict.fromkeys(("simulate", "run", "execute", "check", "judge"), "play"),
+    **dict.fromkeys(("read", "open", "load_yaml", "from_file", "from_yaml"), "load"),
+    **dict.fromkeys(("block", "box", "plank"), "brick"),
+    **dict.fromkeys(("limit", "limits", "optimize", "search"), "find"),
+    **dict.fromkeys(("margin", "robustness", "stability"), "margins"),
+}
+
+
+def _unknown(name: str, caller: FrameType) -> Exception:
+    """Return the error for an unknown name in the code of `caller`."""
+    if caller.f_globals.get("__name__") == "importlib._bootstrap":  # which then imports a module of this name
+        return AttributeError(name)
+    from dis import opname  # noqa: PLC0415 -- only mistakes need it
+
+    from stackdsl.diagnostics import choice_text, missing_attribute  # noqa: PLC0415 -- likewise
+
+    remedy = choice_text(name, __all__, _MEANT)
+    # Python would replace the text of an AttributeError in `from stackdsl import name`.
+    if opname[caller.f_code.co_code[caller.f_lasti]] == "IMPORT_FROM":
+        return ImportError(f"cannot import '{name}' from '{__name__}'; {remedy}", name=__name__)
+    return missing_attribute(f"module '{__name__}'", name, remedy)
+
+
 if not TYPE_CHECKING:  # with `__getattr__`, type checkers would accept any name
 
     def __getattr__(name: str) -> object:
@@ -89,7 +116,7 @@ if not TYPE_CHECKING:  # with `__getattr__`, type checkers would accept any name
         elif name in _HOMES:
             value = getattr(import_module(_HOMES[name]), name)
         else:
-            raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+            raise _unknown(name, sys._getframe(1))
         globals()[name] = value
         return value
 

@@ -8,10 +8,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from itertools import islice
+from types import MappingProxyType
 from typing import Final
 
 MOST_REPORTED: Final = 100  # mistakes of a variant; nobody reads more
 MOST_COMPARED: Final = 300  # choices compared with a word: some milliseconds for each of up to a hundred mistakes
+NO_SYNONYMS: Final[Mapping[str, str]] = MappingProxyType({})
 EXCERPT_WIDTH: Final = 200  # [characters] of a long line that are shown around the column
 
 CODES = {
@@ -174,9 +176,9 @@ def _excerpt(line: str, column: int) -> tuple[str, int]:
     return (left[:-1] + "…" if start + EXCERPT_WIDTH < len(line) else left), start + 1
 
 
-def did_you_mean(word: str, choices: Sequence[str]) -> str:
-    """Return a hint that names the closest choice, or else all choices if they are few."""
-    if meant := meant_choice(word, choices):
+def did_you_mean(word: str, choices: Sequence[str], synonyms: Mapping[str, str] = NO_SYNONYMS) -> str:
+    """Return a hint that names the choice of this meaning or the closest one, or else all choices if they are few."""
+    if meant := meant_choice(word, choices) or synonyms.get(word.lower(), ""):
         return f"did you mean '{meant}'?"
     return f"choose from: {', '.join(choices)}" if 0 < len(choices) <= 16 else ""  # noqa: PLR2004 -- more do not fit a line
 
@@ -190,10 +192,21 @@ def meant_choice(word: str, choices: Sequence[str]) -> str:
 
 def unknown_attribute(value: object, name: str, remedies: Mapping[str, str]) -> AttributeError:
     """Return the error for an attribute that a value does not have: the remedy for this name, or the closest name."""
-    kind = type(value).__name__
     own = [each for each in dir(type(value)) if not each.startswith("_")]
-    remedy = "" if name.startswith("_") else remedies.get(name) or did_you_mean(name, own)
-    return AttributeError(f"'{kind}' object has no attribute '{name}'{'; ' * bool(remedy)}{remedy}")
+    remedy = remedies.get(name) or choice_text(name, own)
+    return missing_attribute(f"'{type(value).__name__}' object", name, remedy)
+
+
+def missing_attribute(owner: str, name: str, remedy: str) -> AttributeError:
+    """Return the error for an attribute that an object or module does not have."""
+    shown = f"; {remedy}" if remedy and not name.startswith("_") else ""
+    # With an empty `name`, Python adds no suggestion, which would repeat the remedy.
+    return AttributeError(f"{owner} has no attribute '{name}'{shown}", name="", obj=None)
+
+
+def choice_text(word: str, choices: Sequence[str], synonyms: Mapping[str, str] = NO_SYNONYMS) -> str:
+    """Return a hint that names the choice of this meaning or the closest one, or else all choices."""
+    return did_you_mean(word, choices, synonyms) or f"choose from: {', '.join(choices)}"
 
 
 MOST_SLIPS = 0.4  # changed letters of a slip, as a share of the longer word

@@ -70,7 +70,12 @@ def _rounded(number: float, digits: int, way: str) -> str:
 
 
 def survived_text(value: float) -> str:
-    """Round a survived acceleration, angle or length down to three digits, without noise from the sixth digit on."""
+    """Round a survived acceleration, angle or length down to three digits, so that a claim of it holds."""
+    return rounded_down(value)
+
+
+def limit_text(value: float) -> str:
+    """Format the acceleration above which something moves: three digits, without noise from the sixth digit on."""
     return rounded_down(float(f"{value:.5g}"))
 
 
@@ -89,7 +94,7 @@ def apart_text(apart: Apart) -> str:
     way = in_short(apart.gives_way)
     if apart.acceleration is None:
         return f"it stands only with friction between neighbours that touch: without it, {way}"
-    return f"without friction between neighbours, above {survived_text(apart.acceleration)} g, {way}"
+    return f"without friction between neighbours, above {limit_text(apart.acceleration)} g, {way}"
 
 
 def in_short(gives_way: str) -> str:
@@ -107,7 +112,7 @@ def mass_text(mass: float) -> str:
 
 def weakest_text(weakest: Weakest) -> str:
     """Return text such as `weakest: above 0.258 g towards 0 deg (+x), L2.1, L3.1 tip over L1.1`."""
-    least = survived_text(weakest.acceleration)
+    least = limit_text(weakest.acceleration)
     return f"weakest: above {least} g towards {degrees_text(weakest.bearing)}, {gives_way_text(weakest)}"
 
 

@@ -28,6 +28,7 @@ from stability.geometry.vectors import (
 from stability.graph import reached
 from stability.joints import DRY, Joints, admit_joints
 from stability.model import EARTH, GROUND, BodyId, Brick, ConvexShape, Plane, Pose, Vec3
+from stability.name_order import names_text
 from stability.problem import (
     Contact,
     Forces,
@@ -294,7 +295,8 @@ class AssemblyAnswers:
         for name in names:
             admit_name("a brick", name)
             if name not in self._structure.bricks:
-                raise LookupError(f"there is no brick '{name}'")
+                present = names_text([*self._structure.bricks]) or "no brick"
+                raise LookupError(f"there is no brick '{name}'; the assembly has {present}")
 
     def verdict(self) -> Verdict:
         """Return the last verdict, which is that of the whole assembly."""

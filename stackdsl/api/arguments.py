@@ -6,22 +6,30 @@ from inspect import signature
 from types import UnionType
 from typing import ParamSpec, TypeVar
 
+from stackdsl.diagnostics import meant_choice
+
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
 
 def with_remedy(remedy: str) -> Callable[[Callable[Parameters, Result]], Callable[Parameters, Result]]:
-    """Return a decorator that adds a remedy to the TypeError for arguments that a function does not have."""
+    """Return a decorator that adds a remedy to the TypeError for missing or unknown arguments.
+
+    The remedy for a misspelt keyword is the right one, and `remedy` is that of all other mistakes.
+    """
 
     def decorated(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
         has = signature(function)
+        name = function.__qualname__.removesuffix(".__init__")
 
         @wraps(function)
         def called(*values: Parameters.args, **named: Parameters.kwargs) -> Result:
             try:
                 has.bind(*values, **named)
             except TypeError as error:
-                raise TypeError(f"{function.__name__} {error}; {remedy}") from None
+                unknown = next((each for each in named if each not in has.parameters), "")
+                meant = meant_choice(unknown, list(has.parameters))
+                raise TypeError(f"{name} {error}; {f'did you mean {meant!r}?' if meant else remedy}") from None
             return function(*values, **named)
 
         return called

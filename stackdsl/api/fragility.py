@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from stability.notebook import Display, display_of
-from stackdsl.api.arguments import refuse_other_types, refuse_outside
+from stackdsl.api.arguments import refuse_other_types, refuse_outside, with_remedy
 from stackdsl.api.cases import OneCase, ScenarioError, one_case
 from stackdsl.api.notebook import lines_display
 from stackdsl.api.python_remedies import python_name
@@ -16,6 +16,7 @@ from stackdsl.studies import fragility_request as request
 from stackdsl.studies.fragility_curve import FEWEST_POINTS, Fragility
 
 
+@with_remedy("such as fragility(case, over='acceleration')")
 def fragility(
     case: OneCase,
     over: str,

@@ -15,6 +15,10 @@ WORDS: Final[tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]],
     (re.compile(r"begin each item with `- `"), "put it into a list, [...]"),
     (re.compile(r"write `(?:- )?(\w+): (\w+)`"), r'write \1("\2")'),
     (re.compile(r"write `(?:- )?(\w+):? ?` and its value"), r"write \1(...)"),
+    (
+        re.compile(r"^write (\w+), or a mapping with the keys (.*)$"),
+        lambda match: f'write "{match[1]}", or give keys: {_own_names(match[2])}',
+    ),
     (re.compile(r"^write all, or add (one of .*)$"), lambda match: f'write "all", or add {_own_names(match[1])}'),
     (re.compile(r"define it under `let`, above this place"), "define it in `let={...}`"),
     (

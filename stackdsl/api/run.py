@@ -14,9 +14,11 @@ import numpy.typing as npt
 
 from stability.model import Pose
 from stability.notebook import Display, Displayed, display_of
+from stackdsl.api.arguments import with_remedy
 from stackdsl.api.cases import OneCase, ScenarioError, one_case
 from stackdsl.api.notebook import Several, run_display
 from stackdsl.api.run_table import Row, Table
+from stackdsl.api.words import CLAIM_WORDS
 from stackdsl.api.written import CELL, Written, copied, spans_of
 from stackdsl.checking.cases import FUNCTIONS_OF_A_CASE, PICTURES, Case, cases_of
 from stackdsl.checking.failure_cause import failure_cause_of
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
     import polars as pl
 
 
+UNCHECKED_RUN: Final = 'has no expectations, so nothing is checked; add expect=[claims.stands("all")]'
 NOT_OF_THE_RUN: Final = ("expect", "truth", "skip", "xfail")  # keys that do not affect the run
 
 
@@ -73,16 +76,18 @@ class Run(Displayed):
         return Several(compare_with_truth(self.trace, self.case.scenario, self.case.variant, self.case.source))
 
     def __bool__(self) -> bool:
-        """Return whether every expectation holds, so that `assert scenario.play()` fails if one does not."""
-        return self.passed
+        """Return whether there are expectations and all hold, so that `assert scenario.play()` fails otherwise."""
+        return bool(self._passed())
 
     @property
-    def passed(self) -> bool:
-        """Return whether every expectation holds; warn if there is none, since nothing is checked then."""
+    def passed(self) -> bool | None:
+        """Return whether every expectation holds; None, with a warning, if there is none and nothing is checked."""
+        return self._passed()
+
+    def _passed(self) -> bool | None:
         if not self.outcomes:
-            warnings.warn(
-                f"{self.case.name} has no expectations, so nothing is checked", UncheckedWarning, stacklevel=2
-            )
+            warnings.warn(f"{self.case.name} {UNCHECKED_RUN}", UncheckedWarning, stacklevel=3)
+            return None
         return all(outcome.passed for outcome in self.outcomes)
 
     def judge(self, claim: Written) -> ClaimOutcome:
@@ -239,7 +244,8 @@ class Run(Displayed):
         failed = [outcome for outcome in self.outcomes if not outcome.passed]
         told = "; ".join(f"{each.name}: expected {each.expected}, measured {each.measured}" for each in failed)
         why = f", why: {cause}" if (failed or self.trace.collapse) and (cause := self.cause.why) else ""
-        return f"<{self.case.name} {'failed: ' * bool(told)}{told or self.verdict}{why}>"
+        unchecked = "" if self.outcomes else "unchecked: "
+        return f"<{self.case.name} {unchecked or 'failed: ' * bool(told)}{told or self.verdict}{why}>"
 
     if not TYPE_CHECKING:  # with `__getattr__`, type checkers would accept any name
 
@@ -249,6 +255,7 @@ class Run(Displayed):
             remedies = {each: f"write `{each}(run.case)` with {each} of stackdsl" for each in functions}
             remedies |= {"play": "write `play(run.case)` with play of stackdsl to play the case again"}
             remedies |= {"margin": remedies["margins"], "to_csv": "write `run.table().to_csv(path)`"}
+            remedies |= {each: f"write `run.judge(claims.{each}(...))`" for each in CLAIM_WORDS.names()}
             remedies |= {"height": 'write `run.judge(claims.height(">= 0 mm")).value`'}
             remedies |= dict.fromkeys(
                 PICTURES, "a notebook shows the replay of a run; write `run` as the last line of a cell"
@@ -287,6 +294,7 @@ def _(run: Run) -> Display:
     return run_display(run.case, run.trace)
 
 
+@with_remedy("such as play(scenario), or play(case) for a case of scenario.cases")
 def play(case: OneCase, on_event: Callable[[Event], None] = lambda event: None) -> Run:
     """Play a case in this process; `on_event` is called with each event as it happens.
 

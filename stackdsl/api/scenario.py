@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Final, NoReturn
 
 from stability.name_order import names_text
 from stability.notebook import Display, Displayed, display_of
+from stackdsl.api.arguments import with_remedy
 from stackdsl.api.cases import ScenarioError
 from stackdsl.api.run import Run, play
 from stackdsl.api.written import Written, copied, spans_of, written, yaml_text
@@ -15,8 +16,11 @@ from stackdsl.importers.expansion import expand_file
 from stackdsl.language.yaml.includes import Library
 from stackdsl.language.yaml.source import Loaded, Source
 from stackdsl.results import VariantResult
+from stackdsl.simulation.known_systems import KNOWN
 from stackdsl.trace import Event
 from stackdsl.wording import how_many
+
+TO_FILE: Final = 'write `pathlib.Path("tower.yaml").write_text(scenario.to_yaml())`'
 
 
 class Scenario(Displayed):
@@ -27,6 +31,7 @@ class Scenario(Displayed):
     scenario is validated when its cases are built or played.
     """
 
+    @with_remedy('such as Scenario("tower", build=[layouts.column(levels=3)])')
     def __init__(
         self,
         name: str,
@@ -122,12 +127,15 @@ class Scenario(Displayed):
             raise TypeError(f"expected {wanted}, not {type(name).__name__}; `stackdsl.play` plays a case")
         cases = self.cases
         matching = [case for case in cases if name in case.identity.variant]
-        if len(matching) != 1:
-            variants = ", ".join(case.identity.variant for case in cases)
-            raise LookupError(
-                f"'{name}' matches {len(matching)} of the variants {variants}; name one, or play all with `play_all`"
-            )
-        return matching[0]
+        if len(matching) == 1:
+            return matching[0]
+        variants = ", ".join(case.identity.variant for case in cases)
+        if not matching:
+            added = f"; for another system, write systems=[{name!r}]" * (name in KNOWN)
+            raise LookupError(f"no case has '{name}' in its variant; the variants are {variants}{added}")
+        these = f"{len(matching)} cases have '{name}' in their variants" if name else f"there are {len(cases)} cases"
+        example = matching[0].identity.variant
+        raise LookupError(f"{these}: {variants}; name one, such as play({example!r}), or play all with play_all()")
 
     def play_all(self, on_run: Callable[[Run], None] = lambda run: None) -> tuple[Run, ...]:
         """Play all cases in turn; `on_run` is called with each finished run. Raises the errors of `play`."""
@@ -153,6 +161,8 @@ class Scenario(Displayed):
             remedies = {each: f"write `{each}(scenario)` with {each} of stackdsl" for each in functions}
             remedies |= {each: f"write `scenario.play().{each}`" for each in dir(Run) if not hasattr(Scenario, each)}
             remedies |= dict.fromkeys(PICTURES, "a notebook shows the replay of the run `scenario.play()`")
+            remedies |= dict.fromkeys(("run", "simulate", "check", "judge"), "write `scenario.play()`")
+            remedies |= dict.fromkeys(("save", "write", "dump", "export", "to_file"), TO_FILE)
             raise unknown_attribute(self, name, remedies)
 
     def _source(self) -> Source:

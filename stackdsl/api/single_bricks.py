@@ -2,9 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 
-from stackdsl.api.written import Written, written
+from stackdsl.api.arguments import with_remedy
+from stackdsl.api.written import Part, Written, written
 
 
+@with_remedy('such as brick(name="a", on="ground")')
 def brick(
     *,
     at: Sequence[str] | None = None,
@@ -35,9 +37,10 @@ def brick(
     """
     place = {"at": at, "on": on, "beside": beside, "towards": towards, "offset": offset}
     others = {"rotate": rotate, "brick": brick, "level": level, "friction": friction, "drop": drop}
-    return written({"name": name, **place, **others})
+    return written({"name": name, **place, **others}, Part.BRICK)
 
 
+@with_remedy('such as bricks([brick(name="a", on="ground")])')
 def bricks(
     each: Sequence[Written],
     *,
@@ -51,9 +54,10 @@ def bricks(
 ) -> Written:
     """Return a build step that sets down single bricks. The parameters are the keys of every step; `when` is `at`."""
     what = {"bricks": each, "name": name, "brick": brick}
-    return written({**what, "at": when, "after": after, "every": every, "place": place, "jitter": jitter})
+    return written({**what, "at": when, "after": after, "every": every, "place": place, "jitter": jitter}, Part.LAYOUT)
 
 
+@with_remedy('such as imported("pallet.csv", point="corner")')
 def imported(
     file: str,
     *,
@@ -93,4 +97,4 @@ def imported(
     left_open = {"point": point, "units": units, "density": density, "up": up, "supports": supports}
     others = {"deck": deck, "origin": origin, "ignore": ignore}
     step = {"at": when, "after": after, "name": name, "every": every, "place": place, "jitter": jitter}
-    return written({"import": written({**kept, **left_open, **others}), **step})
+    return written({"import": written({**kept, **left_open, **others}), **step}, Part.LAYOUT)

@@ -63,6 +63,7 @@ def find(
     return find_in(known, known.name, LimitRequest(want, name, from_, to, within, bearing))
 
 
+@with_remedy("such as sensitivities(case, of='friction')")
 def sensitivities(case: OneCase, of: str = MarginKind.ACCELERATION, check: int = CHECKED) -> Sensitivities:
     """Return the effects of all numbers of a case on its margin, the largest first, like `stackdsl sensitivities`.
 
@@ -77,6 +78,7 @@ def sensitivities(case: OneCase, of: str = MarginKind.ACCELERATION, check: int =
     return sensitivities_of(known, known.name, MarginKind(of), check)
 
 
+@with_remedy("such as margins(case)")
 def margins(case: OneCase) -> CaseMargins:
     """Return the disturbances that a case survives, as numbers, as `stackdsl explain --margins` reports them.
 
@@ -88,6 +90,7 @@ def margins(case: OneCase) -> CaseMargins:
     return survival.margins_in(known, known.name)
 
 
+@with_remedy("such as survive(case, bearings=36)")
 def survive(case: OneCase, *, bearings: int = survival.BEARINGS, accuracy: float = survival.ACCURACY) -> Survival:
     """Return the acceleration and tilt that a case survives, and the part that fails first, like `stackdsl survive`.
 

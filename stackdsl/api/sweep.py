@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from stability.notebook import Display, display_of
+from stackdsl.api.arguments import with_remedy
 from stackdsl.api.cases import SomeCases, some_cases
 from stackdsl.api.notebook import Several, lines_display
 from stackdsl.report.studies import sweep_lines
@@ -17,6 +18,7 @@ from stackdsl.studies.sweep_workers import Workers, own_processes
 from stackdsl.supervising.executors import TIME_LIMIT
 
 
+@with_remedy("such as sweep(cases, 'rows.jsonl')")
 def sweep(
     cases: SomeCases,
     out: Path | str,

@@ -13,8 +13,8 @@ from typing import Any, Final, TypeAlias
 from pydantic import BaseModel, TypeAdapter
 
 from stackdsl.api.python_remedies import python_name
-from stackdsl.api.written import HERE, Written, written
-from stackdsl.diagnostics import did_you_mean
+from stackdsl.api.written import HERE, Part, Written, written
+from stackdsl.diagnostics import choice_text, missing_attribute
 from stackdsl.language.claims.claim import Expectation, Truth
 from stackdsl.language.claims.claim_kind import CLAIMS
 from stackdsl.language.impacts import IMPACTS, Impact
@@ -48,8 +48,7 @@ class Words:
         if name not in self._made:
             key = next((key for key in self._kinds if python_name(key) == name), None)
             if key is None:
-                hint = did_you_mean(name, self.names())
-                raise AttributeError(f"{self.name} has no '{name}'{'; ' * bool(hint)}{hint}")
+                raise missing_attribute(self.name, name, choice_text(name, self.names()))
             self._made[name] = self._function(key)
         return self._made[name]
 
@@ -65,7 +64,8 @@ class Words:
         def collected(arguments: Mapping[str, object]) -> Written:
             what = arguments.get("what")
             value = {name: arguments[python_name(name)] for name in own} if what is None else what
-            return written({key: value, **{name: arguments[_beside(name)] for name in self._beside}})
+            values = {key: value, **{name: arguments[_beside(name)] for name in self._beside}}
+            return written(values, Part(self.name.removesuffix("s")))
 
         names: dict[str, Any] = {"Mapping": Mapping, "Sequence": Sequence, "Written": Written, "collected": collected}
         names["__name__"] = f"{__package__}.{self.name}"
@@ -80,8 +80,7 @@ class Words:
         def checked(*what: object, **keys: object) -> Written:
             __tracebackhide__ = True  # pytest shows the line of the caller
             for name in keys.keys() - parameters:
-                hint = did_you_mean(name, parameters) or f"choose from: {', '.join(parameters)}"
-                raise TypeError(f"{self.name}.{made.__name__} has no key '{name}'; {hint}")
+                raise TypeError(f"{self.name}.{made.__name__} has no key '{name}'; {choice_text(name, parameters)}")
             return made(*what, **keys)
 
         return checked

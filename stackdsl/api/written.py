@@ -4,6 +4,7 @@ import linecache
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from enum import StrEnum
 from pathlib import Path as FilePath
 from types import FrameType
 from typing import Final
@@ -19,21 +20,52 @@ WIDTH: Final = 120  # [characters] of a YAML line
 CELL: Final = "In["  # begins the name of a cell, which is no file
 
 
+class Part(StrEnum):
+    """A part of a scenario, by the functions that return it."""
+
+    LAYOUT = "layout"
+    BRICK = "brick"
+    IMPACT = "impact"
+    CLAIM = "claim"
+
+
+# The key of a list, and its parts.
+HOLDS: Final = {
+    "build": Part.LAYOUT,
+    "bricks": Part.BRICK,
+    "impacts": Part.IMPACT,
+    "expect": Part.CLAIM,
+    "truth": Part.CLAIM,
+}
+BELONGS: Final = {
+    Part.LAYOUT: "a step of building belongs in `build`",
+    Part.BRICK: "a brick belongs in a step, as in build=[bricks([brick(...)])]",
+    Part.IMPACT: "an impact belongs in `impacts`",
+    Part.CLAIM: "a claim belongs in `expect` or `truth`",
+}
+
+
 class Written(dict[str, "Plain"]):
     """A mapping with the place in the program where it was written."""
 
-    def __init__(self, values: Mapping[str, Plain], span: Span) -> None:
+    def __init__(self, values: Mapping[str, Plain], span: Span, part: Part | None = None) -> None:
         super().__init__(values)
         self.span = span
+        self.part = part
 
 
-def written(values: Mapping[str, object]) -> Written:
+def written(values: Mapping[str, object], part: Part | None = None) -> Written:
     """Return the keys that are not None, at the place of the caller of this package.
 
-    Raises TypeError for values that YAML does not have.
+    Raises TypeError for values that YAML does not have, and for parts in the wrong list.
     """
+    for key, holds in HOLDS.items():
+        listed = values.get(key)
+        for number, item in enumerate(listed if isinstance(listed, Sequence) else ()):
+            if isinstance(item, Written) and item.part not in (None, holds):
+                raise TypeError(f"`{key}[{number}]` is in the wrong list; {BELONGS[item.part]}")
     kept = {key: plain(value, _keyed("", key, value)) for key, value in values.items() if value is not None}
-    return Written(kept, callers_place())
+    return Written(kept, callers_place(), part)
 
 
 def plain(value: object, called: str) -> Plain:

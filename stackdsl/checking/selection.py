@@ -292,9 +292,12 @@ def _reasons(selection: Selection, cases: Sequence[Selectable]) -> Iterator[str]
     tags = sorted({tag for case in cases for tag in case.tags})
     for tag in selection.tags:
         if not tag.startswith("!") and tag not in tags:
-            yield f"no scenario has the tag '{tag}'{_in_brackets(did_you_mean(tag, tags))}"
+            remedy = did_you_mean(tag, tags) if tags else f"none has a tag; add `tags: [{tag}]` to a scenario"
+            yield f"no scenario has the tag '{tag}'{_in_brackets(remedy)}"
     if selection.systems and not Selection(selection.systems).of(cases):
-        yield f"no scenario has {' or '.join(selection.systems)} among its `systems`"
+        own = ", ".join(sorted({case.system for case in cases}))
+        wanted = ", ".join(selection.systems)
+        yield f"no scenario has {' or '.join(selection.systems)} among its `systems` ({own}); add `systems: [{wanted}]`"
     for file, line in selection.places:
         if not any(replace(Selection(), places=((file, line),)).takes(case) for case in cases if case.file == file):
             yield f"no scenario of {file} is at line {line}"

@@ -51,6 +51,9 @@ from stackdsl.user_files import read_user_file
 
 Command = TypeVar("Command", bound=Callable[..., object])
 
+NAME_A_PATH: Final = (
+    "name a file or a directory, such as `stackdsl check .`; `stackdsl new NAME` creates a first scenario there"
+)
 RUN_PYTEST: Final = "run pytest, whose tests in Python keep the golden files, or create a scenario with `stackdsl new`"
 _SHARD: Final = re.compile(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})")
 
@@ -93,6 +96,16 @@ def _number(value: float) -> float:
     return value
 
 
+def _pages_folder(path: Path | None) -> Path | None:
+    """Refuse the name of a file, since the pages are several files."""
+    if path is not None and (path.suffix.lower() in (".html", ".htm") or os.path.isfile(path)):
+        folder = path.with_suffix("") if path.suffix else path.with_name(f"{path.name}-pages")
+        raise click.BadParameter(
+            f"'{path}' must be a folder, for an index and a page for each case; write --html {folder}"
+        )
+    return path
+
+
 def _shard(text: str | None) -> Shard | None:
     if text is None:
         return None
@@ -125,7 +138,10 @@ OPTIONS: Final = (
         help="Format of the report, and optionally its file: text, json, junit=report.xml. Can be repeated.",
     ),
     click.option(
-        "--html", type=FilePath, help="Also write pages into this folder: an index and a replay of each case."
+        "--html",
+        type=FilePath,
+        callback=lambda *given: _pages_folder(given[-1]),
+        help="Also write pages into this folder: an index and a replay of each case.",
     ),
     click.option("-q", "--quiet", "verbosity", flag_value=-1, type=int, help="Print only failures and totals."),
     click.option(
@@ -259,8 +275,12 @@ def check_command(context: click.Context, **asked: Unpack[CheckOptions]) -> None
     memory = ResultCache(state, asked["cache"])
     found = survey(paths, memory)
     # Unlike `Path.exists`, `os.path.exists` accepts names that are too long for a file.
-    if not asked["paths"] and not os.path.exists(project.scenarios) and kept_by_python(golden):
-        found = replace(found, diagnostics=tuple(replace(each, hint=RUN_PYTEST) for each in found.diagnostics))
+    if not asked["paths"] and not os.path.exists(project.scenarios):
+        hint = RUN_PYTEST if kept_by_python(golden) else NAME_A_PATH
+        message = f"there is no directory '{visible(str(paths[0]))}', which is checked by default"
+        found = replace(
+            found, diagnostics=tuple(replace(each, message=message, hint=hint) for each in found.diagnostics)
+        )
     scenarios = project.scenarios if project.root is not None else None
     terms = _terms(asked, golden, scenarios, memory, found)
     selection = _selection(asked, places, memory)

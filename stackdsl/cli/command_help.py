@@ -1,6 +1,9 @@
 """The help of a command: its own options, then those of many commands by topic, and two examples."""
 
+import os
+import shlex
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Final
 
 import click
@@ -98,6 +101,12 @@ EXAMPLES: Final[Mapping[str, Mapping[str, str]]] = {
 WIDEST: Final = 40  # [characters] of an example beside its purpose
 
 
+def _too_many(context: click.Context) -> str:
+    name = context.command_path.removeprefix("stackdsl ")
+    taken = [each.human_readable_name for each in context.command.params if isinstance(each, click.Argument)]
+    return f"{name} takes only {' and '.join(taken)}" if taken else f"{name} has no arguments"
+
+
 class ExplainedCommand(click.Command):
     """A command whose help lists options by topic, and examples."""
 
@@ -113,6 +122,28 @@ class ExplainedCommand(click.Command):
             if records:
                 with formatter.section(topic):
                     formatter.write_dl(records)
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the call. Raises click.UsageError, which has a remedy, for arguments that the command does not take."""
+        ctx.allow_extra_args = True
+        try:
+            super().parse_args(ctx, args)
+        except click.UsageError as error:
+            error.ctx = error.ctx or ctx  # click gives none for an option without its value
+            raise
+        if ctx.args and not ctx.resilient_parsing:
+            raise click.UsageError(f"{_too_many(ctx)}; {self._instead(ctx)}", ctx)
+        return ctx.args
+
+    def _instead(self, context: click.Context) -> str:
+        """Return what to write in place of arguments that the command does not take."""
+        takes_file = any(isinstance(each, click.Argument) for each in self.params)
+        if takes_file and all(map(os.path.exists, context.args)):
+            return f"call `{context.command_path}` once for each file"
+        if any(each.name == "keyword" for each in self.params):
+            words = " or ".join(Path(word).stem or word for word in context.args)
+            return f"write -k {shlex.quote(words)} to select cases by name"
+        return f"remove {shlex.join(context.args)}, or put a value with spaces in quotes"
 
     def get_short_help_str(self, limit: int = 45) -> str:
         """Return the first sentence of the help, whole."""

@@ -13,7 +13,6 @@ from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.one_file import refusing
 from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, FilePath, code_without_runs, selected_of
 from stackdsl.cli.terminal import paper, staged, write
-from stackdsl.diagnostics import did_you_mean
 from stackdsl.exits import ExitCode
 from stackdsl.report.diagnostics import code_text, entries
 from stackdsl.report.statics import Extent, explanation_text
@@ -63,7 +62,9 @@ def _meaning(code: str) -> str:
     """Return the meaning of a diagnostic code. Raises a usage error for an unknown code."""
     known = entries()
     if code not in known:
-        raise click.UsageError(f"unknown diagnostic code {code}; {did_you_mean(code, list(known))}")
+        hundreds = [list(codes) for _, codes in groupby(known, key=lambda each: each[:-2])]
+        ranges = ", ".join(f"{codes[0]} to {codes[-1]}" for codes in hundreds)
+        raise click.UsageError(f"unknown diagnostic code {code}; the codes are {ranges}")
     return code_text(known[code])
 
 

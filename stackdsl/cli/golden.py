@@ -1,7 +1,6 @@
 """`stackdsl golden`: lists pending changes of golden files, and accepts or rejects them."""
 
 import os
-import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -86,6 +85,12 @@ class GoldenFiles:
     scenarios: Path
     waiting: PendingStore
 
+    @property
+    def none_pending(self) -> str:
+        """The message that no change is pending, with the command that compares with the golden files."""
+        only_python = not os.path.exists(self.scenarios) and bool(kept_by_python(self.golden))
+        return f"0 pending; {'pytest' if only_python else 'stackdsl check'} compares with the golden files"
+
     def pending(self, keyword: str) -> list[Pending]:
         """Return the pending changes of the cases that a keyword selects."""
         try:
@@ -100,20 +105,6 @@ class GoldenFiles:
         return found
 
 
-class OfCases(ExplainedCommand):
-    """A command on pending changes; a case named without an option gets an error that names the option."""
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse the options. Raises click.UsageError, which names `-k`, for remaining words."""
-        ctx.allow_extra_args = True
-        super().parse_args(ctx, args)
-        if ctx.args and not ctx.resilient_parsing:
-            words = " or ".join(Path(word).stem or word for word in ctx.args)
-            message = f"golden {self.name} has no arguments; write -k {shlex.quote(words)} to select cases by name"
-            raise click.UsageError(message, ctx)
-        return ctx.args
-
-
 ON_CASES = click.option("-k", "keyword", default="", help="Select cases whose name contains this word, as for check.")
 
 
@@ -125,8 +116,7 @@ class GoldenGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the called command. Raises click.UsageError with the name that may be meant."""
         if args[0] not in self.commands and not args[0].startswith("-") and not ctx.resilient_parsing:
-            meant = MEANT.get(args[0])
-            remedy = f"write `stackdsl golden {meant}`" if meant else did_you_mean(args[0], list(self.commands))
+            remedy = did_you_mean(args[0], list(self.commands), MEANT)
             raise click.UsageError(f"unknown command 'golden {args[0]}'; {remedy}", ctx)
         return super().resolve_command(ctx, args)
 
@@ -140,13 +130,14 @@ MEANT: Final = {"list": "status", "ls": "status", "diff": "review", "show": "rev
 def golden_command(context: click.Context, golden: Path | None) -> None:
     """List differences from golden files, and accept or reject them."""
     if golden is not None and not os.path.isdir(golden):
-        raise click.UsageError(f"there is no directory '{visible(str(golden))}'")
+        shown = visible(str(golden))
+        raise click.UsageError(f"there is no directory '{shown}'; `stackdsl check --golden {shown}` creates it")
     project = project_around(())
     folder, state = goldens_and_state(project, golden)
     context.obj = GoldenFiles(folder, project.scenarios, PendingStore(state, folder))
 
 
-@golden_command.command("status", cls=OfCases)
+@golden_command.command("status", cls=ExplainedCommand)
 @ON_CASES
 @click.pass_context
 def status(context: click.Context, keyword: str) -> None:
@@ -157,9 +148,7 @@ def status(context: click.Context, keyword: str) -> None:
     for each in pending:
         told = visible(why_not(each, place.waiting)) if each.golden in gone else _summary(each, place)
         write(f"{visible(each.status)}: {_named(each)}: {told}")
-    only_python = not os.path.exists(place.scenarios) and bool(kept_by_python(place.golden))
-    compares = f"{'pytest' if only_python else 'stackdsl check'} compares with the golden files"
-    write(f"{len(pending)} pending; {'stackdsl golden review shows them' if pending else compares}")
+    write(f"{len(pending)} pending; stackdsl golden review shows them" if pending else place.none_pending)
     context.exit(ExitCode.GOLDEN if pending else ExitCode.OK)
 
 
@@ -176,7 +165,7 @@ def _summary(pending: Pending, place: GoldenFiles) -> str:
     return ", ".join(told) or "no golden file yet"
 
 
-@golden_command.command("review", cls=OfCases)
+@golden_command.command("review", cls=ExplainedCommand)
 @ON_CASES
 @click.option("-v", "--verbose", is_flag=True, help="Show the change of every brick.")
 @click.pass_context
@@ -204,7 +193,7 @@ def review(context: click.Context, keyword: str, verbose: bool) -> None:
                 place.waiting.reject(pending)
                 write(f"rejected: {visible(pending.golden)} is unchanged")
     waiting = sum(each.golden in chosen for each in place.waiting.all())
-    write(f"{waiting} pending")
+    write(f"{waiting} pending" if chosen else place.none_pending)
     context.exit(ExitCode.GOLDEN if waiting else ExitCode.OK)
 
 
@@ -233,11 +222,11 @@ def _decision(pending: Pending) -> str:
 def _found(place: GoldenFiles, keyword: str) -> list[Pending]:
     """Return the selected pending changes; print that there are none."""
     if not (found := place.pending(keyword)):
-        write("0 pending")
+        write(place.none_pending)
     return found
 
 
-@golden_command.command("accept", cls=OfCases)
+@golden_command.command("accept", cls=ExplainedCommand)
 @ON_CASES
 @click.option("--accept-failing", is_flag=True, help="Also accept results that fail expectations.")
 @click.pass_context
@@ -267,7 +256,7 @@ def accept(context: click.Context, keyword: str, accept_failing: bool) -> None:
     context.exit(ExitCode.GOLDEN if refused else ExitCode.OK)
 
 
-@golden_command.command("reject", cls=OfCases)
+@golden_command.command("reject", cls=ExplainedCommand)
 @ON_CASES
 @click.pass_context
 def reject(context: click.Context, keyword: str) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final, get_args
 
 import click
+from click.core import ParameterSource
 from pydantic import ValidationError
 
 from stability.contact_law import Rule
@@ -142,7 +143,8 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         with counted(100, f"importing {shown}: percent") as known:
             read = load_supervised(data, shown, asked, beside, lambda: known(0))
             found = _settled(_with_rule(read, Rule(rule) if rule else None), asked, _share(known, READ, SETTLED))
-            notes = [*_notes(shown, asked, found), *_warnings(found, asked)]
+            is_assumed = context.get_parameter_source("friction") is ParameterSource.DEFAULT
+            notes = [*_notes(shown, asked, found, friction if is_assumed else None), *_warnings(found, asked)]
             called = slug(name or "-".join(filter(None, [file.name.split(".")[0], load])))
             text = scenario_text(called, notes, found.load, friction, _share(known, SETTLED, WRITTEN))
             mistakes = faults(text, f"{called}.yaml", found.load, asked)
@@ -270,8 +272,8 @@ def _settled(load: ImportedLoad, asked: Import, on_share: Callable[[float], None
     return settled(load, asked.settle, on_share)
 
 
-def _notes(file: str, asked: Import, found: SettledLoad) -> list[str]:
-    """Return notes on imported, moved and skipped bodies."""
+def _notes(file: str, asked: Import, found: SettledLoad, assumed: float | None) -> list[str]:
+    """Return notes on imported, moved and skipped bodies, on an assumed friction, and on the deck."""
     load = found.load
     which = f" of load '{asked.load}'" if asked.load else ""
     exact = f", written to {digits(1000 * load.precision)} mm" if load.precision else ""
@@ -282,4 +284,12 @@ def _notes(file: str, asked: Import, found: SettledLoad) -> list[str]:
         lines.append(f"names that begin with a digit have the prefix '{load.prefix}'")
     if load.skipped or asked.ignore:
         lines.append(f"left out: {', '.join((*load.skipped, *asked.ignore))}")
+    if assumed is not None and load.surfaces is None:
+        lines.append(f"the friction between boxes is assumed to be {assumed:g}; measure it, and set --friction")
+    if (area := permitted_area(load, asked)) is not None:
+        (x, y), (to_x, to_y) = ([f"{1000.0 * float(side):g} mm" for side in corner] for corner in area)
+        lines.append(
+            f"the deck, from [{x}, {y}] to [{to_x}, {to_y}], is not built, and the ground continues around it; "
+            "to judge its edges, build it as a brick: docs/guides/pallets.md, The real deck"
+        )
     return lines

@@ -97,6 +97,10 @@ class CommandsOnCall(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the options before the command; `help COMMAND` is `COMMAND --help`."""
+        return super().parse_args(ctx, [*args[1:], "--help"] if args[:1] == ["help"] else args)
+
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
@@ -111,12 +115,10 @@ class CommandsOnCall(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the called command. Raises click.UsageError with the name that may be meant."""
-        name = args[0]
-        if name not in COMMANDS and not name.startswith("-") and not ctx.resilient_parsing:
-            from stackdsl.diagnostics import did_you_mean  # noqa: PLC0415 -- only mistakes need it
+        if args[0] not in COMMANDS and not args[0].startswith("-") and not ctx.resilient_parsing:
+            from stackdsl.cli.usage_errors import unknown_command  # noqa: PLC0415 -- only mistakes need it
 
-            remedy = did_you_mean(name, list(COMMANDS)) or "`stackdsl --help` lists the commands"
-            raise click.UsageError(f"unknown command '{name}'; {remedy}", ctx)
+            raise unknown_command(args[0], list(COMMANDS), ctx)
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -129,7 +131,7 @@ class CommandsOnCall(click.Group):
 
 
 @click.group(cls=CommandsOnCall, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="stackdsl")
+@click.version_option(None, "-V", "--version", package_name="stackdsl")
 def app() -> None:
     """Play scenarios of stacked bricks, judge them, and compare them with their golden files."""
     from stackdsl.work import WorkError, work_factor  # noqa: PLC0415 -- `--help` does without
@@ -186,7 +188,9 @@ def _code_of_run() -> int:
     except click.exceptions.Exit as end:
         return end.exit_code
     except click.ClickException as error:
-        show_error(error)
+        from stackdsl.cli.usage_errors import with_remedy  # noqa: PLC0415 -- only mistakes need it
+
+        show_error(with_remedy(error))
         return ExitCode.USAGE
     except (KeyboardInterrupt, click.Abort) as error:
         if "STACKDSL_DEBUG" in os.environ:

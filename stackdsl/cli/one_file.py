@@ -15,7 +15,17 @@ from stackdsl import work
 from stackdsl.checking.cases import Case, GatheredCases
 from stackdsl.checking.selection import Selection
 from stackdsl.cli.command_help import ExplainedCommand
-from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, code_without_runs, selected_of, variants_of
+from stackdsl.cli.options import (
+    ON_KEYWORD,
+    ON_SYSTEMS,
+    ONE_FILE,
+    FilePath,
+    code_without_runs,
+    prepare_file,
+    selected_of,
+    unwritable,
+    variants_of,
+)
 from stackdsl.cli.terminal import tell, write_data, write_wrapped
 from stackdsl.exits import ExitCode
 from stackdsl.report.study_table import Part, StudyTable, parts_table
@@ -33,6 +43,8 @@ def _picture(_context: click.Context, _parameter: click.Parameter, path: Path | 
         raise click.UsageError(f"{path}: the file name must end in {' or '.join(PLOTS)}")
     if path is not None and path.suffix.lower() == ".png" and find_spec("resvg_py") is None:
         raise click.ClickException(f"{path}: .png needs resvg_py, which is not installed; {NO_PNG}")
+    if path is not None:
+        prepare_file(path)
     return path
 
 
@@ -57,7 +69,7 @@ def draw(drawn: Callable[[str], bytes], path: Path) -> None:
     except ModuleNotFoundError as error:
         raise click.ClickException(f"{path}: .png needs {error.name}, which is not installed; {NO_PNG}") from error
     except OSError as error:
-        raise click.ClickException(f"{path} cannot be written: {error.strerror}") from error
+        raise unwritable(path, error) from error
 
 
 @dataclass(frozen=True)  # no slots: they would prevent calls of its generic alias

@@ -5,6 +5,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from errno import EISDIR
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, distribution
 from math import isfinite
@@ -37,7 +38,7 @@ class _FilePath(click.Path):
     ) -> str | bytes | os.PathLike[str]:
         """Refuse an empty path."""
         if value == "":
-            self.fail("the path is empty", param, ctx)
+            self.fail("the path is empty, such as that of an unset shell variable", param, ctx)
         return super().convert(value, param, ctx)
 
 
@@ -170,7 +171,7 @@ def warn_of_nothing(
         tell(nothing_selected_text(selection, gathered.cases, paths))
     missing = [system for system in selection.systems if not any(case.system == system for case in selected)]
     if selected and missing:
-        tell(f"no selected scenario has {' or '.join(missing)} among its `systems`")
+        tell(f"no selected scenario has {' or '.join(missing)} among its `systems`; add it there")
 
 
 def code_without_runs(gathered: FoundCases, selected: Sequence[Selectable]) -> ExitCode:
@@ -289,6 +290,21 @@ def outputs_of(asked: Sequence[Output]) -> Sequence[Output]:
     return asked if streamed else (*asked, Output("text"))
 
 
+def prepare_file(path: Path) -> None:
+    """Create the folder of a requested file before the work for it. Raises click.ClickException if it cannot be."""
+    try:
+        if os.path.isdir(path):
+            raise IsADirectoryError(EISDIR, os.strerror(EISDIR))
+        make_user_folder(path.parent)
+    except OSError as error:
+        raise unwritable(path, error) from error
+
+
+def unwritable(path: Path, error: OSError) -> click.ClickException:
+    """Return the error for a file that cannot be written."""
+    return click.ClickException(f"{path} cannot be written: {error.strerror}; choose another name")
+
+
 def write_report(report: Report, outputs: Sequence[Output], style: TextStyle) -> None:
     """Write a report to all outputs, files first. Raises click.ClickException."""
     for output in sorted(outputs, key=lambda output: output.file is None):
@@ -304,4 +320,4 @@ def write_report(report: Report, outputs: Sequence[Output], style: TextStyle) ->
             make_user_folder(output.file.parent)
             write_user_file(output.file, text.encode())
         except OSError as error:
-            raise click.ClickException(f"{output.file} cannot be written: {error.strerror}") from error
+            raise unwritable(output.file, error) from error

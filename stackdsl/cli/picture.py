@@ -12,7 +12,16 @@ from stackdsl.checking.results import judged
 from stackdsl.checking.selection import Selection
 from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.one_file import refusing
-from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number, code_without_runs, selected_of
+from stackdsl.cli.options import (
+    ON_KEYWORD,
+    ON_SYSTEMS,
+    ONE_FILE,
+    FilePath,
+    Number,
+    code_without_runs,
+    prepare_file,
+    selected_of,
+)
 from stackdsl.cli.run import write_file
 from stackdsl.cli.terminal import counted, tell
 from stackdsl.exits import ExitCode
@@ -87,6 +96,7 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     _refuse_at_odds(moves, views, time, count)
     if output.suffix.lower() == FILM:
         _refuse_without_film_maker()
+    prepare_file(output)
     gathered, selected = selected_of(file, Selection(systems, keyword))
     if not selected:
         context.exit(code_without_runs(gathered, selected))

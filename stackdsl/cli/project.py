@@ -1,6 +1,7 @@
 """`stackdsl init`, `new` and `doctor`."""
 
 import os
+import re
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ from stackdsl.disk import read_file
 from stackdsl.exits import ExitCode
 from stackdsl.language.json_schema import schema_text
 from stackdsl.language.yaml.source import parse
-from stackdsl.project_file import LINKED, ProjectError, confined, project_of
+from stackdsl.project_file import LINKED, SCENARIOS, ProjectError, confined, project_of
 from stackdsl.shown_text import visible
 from stackdsl.simulation.known_systems import KNOWN
 from stackdsl.simulation.plugins import packages_text, usable_and_not
@@ -37,17 +38,25 @@ SCHEMA: Final = "scenario.schema.json"  # file name of the JSON Schema in a proj
 @click.command("new", cls=ExplainedCommand)
 @click.argument("name")
 @click.option(
-    "--to", "folder", type=FilePath, default=Path("scenarios"), show_default=True, help="Directory of the new file."
+    "--to", "folder", type=FilePath, default=Path(SCENARIOS), show_default=True, help="Directory of the new file."
 )
 def new_command(name: str, folder: Path) -> None:
     """Create a first scenario called NAME. An existing file is not changed."""
     path = folder / f"{name}.yaml"
     text = first_text(name, schema_seen_from(folder))
     for mistake in cases_of(parse(text, str(path)))[1]:
-        raise click.UsageError(f"{mistake.message}; {mistake.hint}")
+        raise click.UsageError(f"{mistake.message}; {mistake.hint}{_valid_call(Path(name), folder)}")
     make_folder(folder)
     write_new(path, text)
     write(f"wrote {path}; next: stackdsl check {quote(str(path))}")
+
+
+def _valid_call(name: Path, folder: Path) -> str:
+    """Return the call with a valid name like an invalid one, which may be a path; empty if there is none."""
+    valid = re.sub(r"[^a-z0-9]+", "-", name.stem.lower()).strip("-")
+    home = name.parent if len(name.parts) > 1 else folder
+    to = "" if home == Path(SCENARIOS) else f" --to {quote(str(home))}"
+    return f"; write `stackdsl new {valid}{to}`" if valid else ""
 
 
 def first_text(name: str, schema: str) -> str:

@@ -17,7 +17,17 @@ from stackdsl.checking.play_case import play_case, played_or_blocked
 from stackdsl.checking.results import blocked_result, judged, marked_skipped, skipped, stopped
 from stackdsl.checking.selection import Selection, nothing_selected_text
 from stackdsl.cli.command_help import ExplainedCommand
-from stackdsl.cli.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, complain, selected_of
+from stackdsl.cli.options import (
+    LONGEST_LIMIT,
+    ON_KEYWORD,
+    ON_SYSTEMS,
+    ONE_FILE,
+    FilePath,
+    complain,
+    prepare_file,
+    selected_of,
+    unwritable,
+)
 from stackdsl.cli.terminal import counted, tell, with_known_marks, write, write_wrapped
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.entry_points import PluginError
@@ -89,7 +99,10 @@ class RunOutputs:
             raise click.UsageError("--glb needs pygltflib, which is not installed; try: pip install 'stackdsl[gltf]'")
         for path, suffix in ((record, ".npz"), (html, ".html"), (glb, ".glb")):
             if path is not None and path.suffix.lower() != suffix:
-                raise click.UsageError(f"{path} must end in {suffix}; write {path.with_suffix(suffix)}")
+                valid = path.with_suffix(suffix) if path.name else Path(f"run{suffix}")
+                raise click.UsageError(f"{path} must end in {suffix}; write {valid}")
+            if path is not None:
+                prepare_file(path)
         return cls(record, html, glb)
 
     def recorder(self) -> "Recorder | None":
@@ -132,7 +145,7 @@ def write_file(path: Path, data: bytes) -> None:
     try:
         write_user_file(path, data)
     except OSError as error:
-        raise click.ClickException(f"{path} cannot be written: {error.strerror}") from error
+        raise unwritable(path, error) from error
     tell(f"wrote {path}, {max(1, round(len(data) / 1000)):,} kB")
 
 

@@ -135,6 +135,10 @@ def proofs_until(timeline: Timeline, time: float) -> Proofs | None:
 # Timeline -> the finished structure, as one assembly.
 
 
+REPAIRS = "`stackdsl suggest` searches for repairs"
+NO_MARGIN = f"only a stable structure has margins; {REPAIRS}"
+
+
 @dataclass(frozen=True, slots=True)
 class FinishedStructure:
     """All bricks that are set down and not pulled out again."""
@@ -149,7 +153,7 @@ class FinishedStructure:
         if not self.assembly.bricks:
             return "no brick is set down at rest, so statics has nothing to judge"
         if verdict.stability is not Stability.STABLE:
-            return f"{verdict.stability.upper()}: {verdict.reason}; `stackdsl suggest` searches for repairs"
+            return f"{verdict.stability.upper()}: {verdict.reason}; {REPAIRS}"
         return ""
 
 

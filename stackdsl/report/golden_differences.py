@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from operator import itemgetter
 
 from stability.name_order import MOST_NAMES, names_text, natural_key
+from stackdsl.goldens.comparison import ABSENT
 from stackdsl.report.blocks import GAP, hanging
 from stackdsl.results import GoldenDifference, GoldenResult, GoldenStatus
 from stackdsl.trace import BrickState
@@ -22,6 +23,16 @@ STATES = {  # in words
     BrickState.REMOVED.value: "pulled out",
     BrickState.UNPLACED.value: "never placed",
     BrickState.UNWATCHED.value: "not simulated",
+}
+NOTHING = {  # in words, by observation, where one side has none
+    **dict.fromkeys(("collapse level", "collapse time"), "no collapse"),
+    **dict.fromkeys(("rests on", "rests on when placed"), "nothing"),
+    **dict.fromkeys(("brick", "plane"), "absent"),
+    "placed at": "not placed",
+    "gave way": "no brick",
+    "pulled out at": "not pulled out",
+    "pushed at": "not pushed",
+    "margin": "no margin",
 }
 PROVEN_OR_NOT = {BrickState.FROZEN.value, BrickState.STANDING.value}  # it stands in both cases
 FELL = BrickState.FALLEN.value
@@ -118,7 +129,8 @@ def _changes(found: Sequence[GoldenDifference], every: bool) -> Iterator[str]:
         return
     for (expected, got), equal in alike.items():
         is_state = equal[0].quantity == STATE
-        change = [STATES.get(text, text) if is_state else text for text in (expected, got)]
+        words = STATES if is_state else {ABSENT: NOTHING.get(equal[0].quantity, ABSENT)}
+        change = [words.get(text, text) for text in (expected, got)]
         tolerance = equal[0].tolerance
         within = f" (tolerance {tolerance})" if tolerance not in ("", EXACT) else ""
         subjects = _subjects([each.subject for each in equal])

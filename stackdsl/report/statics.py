@@ -56,6 +56,7 @@ from stackdsl.wording import (
     apart_text,
     in_short,
     joints_text,
+    limit_text,
     mass_text,
     moving_text,
     rounded_up,
@@ -370,7 +371,7 @@ def margin_texts(margins: VerdictMargins) -> Iterator[str]:
     if margins.tilt is not None and margins.acceleration != inf:
         yield f"a tilt of {survived_text(degrees(margins.tilt))} deg"
     if margins.friction is not None:
-        yield f"friction down to {rounded_up(float(f'{margins.friction:.6g}'))}"
+        yield f"friction down to {rounded_up(margins.friction)}"
     if margins.placement == inf:  # all bricks lie on the ground, none on another brick
         yield "any placement error of every brick"
     elif margins.placement == 0.0 and margins.joints:
@@ -547,7 +548,7 @@ def missed_lines(case: Case, assembly: Assembly) -> Iterator[str]:
             yield f"  to slide only above {wanted:.4g} g, it needs a coefficient of friction of more than {wanted:.4g}"
         tips = first_tipping(assembly.problem(), assembly.gravity)
         if tips is not None and tips.acceleration < wanted:
-            least = survived_text(tips.acceleration)
+            least = limit_text(tips.acceleration)
             yield f"  tipping begins above {least} g, however good the friction is: {in_short(tips.gives_way)}"
             yield "    a part tips above b/h times g: h is the height of its centre, b its distance from the edge"
             lower = f"{100.0 * (1.0 - tips.acceleration / wanted):.2g} %"

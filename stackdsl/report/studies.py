@@ -32,6 +32,7 @@ from stackdsl.wording import (
     gives_way_text,
     how_many,
     in_short,
+    limit_text,
     rounded_down,
     rounded_up,
     slides_together,
@@ -560,7 +561,7 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
     yield ""
     if survival.tips is not None:
         tips = survival.tips
-        where = f"{survived_text(tips.acceleration)} g towards {degrees_text(tips.bearing)}"
+        where = f"{limit_text(tips.acceleration)} g towards {degrees_text(tips.bearing)}"
         where += ", without friction between neighbours"
         yield f"  If no brick slides on the one below, tipping begins above {where}: {_tipping(tips, survival)}."
         yield "  If bricks slide, parts may tip at less: set the friction of mats in the file, and ask again."

@@ -21,7 +21,7 @@ from stability.problem import Contact, Placed, Problem, Stability, Wrench
 from stability.statics.assembly import Assembly
 from stability.statics.structure import Structure
 from stackdsl.checking.cases import Case
-from stackdsl.judging.proofs import Proofs, proofs_of
+from stackdsl.judging.proofs import NO_MARGIN, Proofs, proofs_of
 from stackdsl.studies.find_limit import SearchError, SearchVariable, names_in, search_variable_of
 
 SHARE: Final = 0.01  # of each number: the change by which effects are compared
@@ -142,7 +142,7 @@ def _refuse(proofs: Proofs) -> None:
     if not proofs.assembly.bricks:
         raise SearchError("no brick is set down at rest, so statics has nothing to judge")
     if verdict.stability is not Stability.STABLE:
-        raise SearchError(f"{verdict.stability.upper()}: {verdict.reason}; only a structure that stands has a margin")
+        raise SearchError(f"{verdict.stability.upper()}: {verdict.reason}; {NO_MARGIN}")
 
 
 # --- the margin -------------------------------------------------------------------------------------------------------

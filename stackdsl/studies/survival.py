@@ -9,7 +9,7 @@ from stability.name_order import names_text
 from stability.notebook import Printed, display_of
 from stability.statics.fall_description import fall_side
 from stackdsl.checking.cases import Case
-from stackdsl.judging.proofs import ALL, Proofs, Survival, margins_of_assembly, proofs_of, survival_of
+from stackdsl.judging.proofs import ALL, NO_MARGIN, Proofs, Survival, margins_of_assembly, proofs_of, survival_of
 from stackdsl.studies.find_limit import SearchError
 from stackdsl.trace import VerdictMargins
 from stackdsl.wording import side_text
@@ -33,8 +33,10 @@ def survive_in(
     """
     proofs = proofs_of(case.timeline)
     if unproven := _unproven(proofs):
-        judged = f"{proofs.verdict.stability.upper()}: " * bool(proofs.assembly.bricks)
-        raise SearchError(f"{judged}{unproven}; only a stable structure has margins")
+        if not proofs.assembly.bricks:
+            raise SearchError(unproven)
+        judged = proofs.verdict.stability.upper()
+        raise SearchError(f"{judged}: {unproven}; {NO_MARGIN}")
     survival = survival_of(proofs.assembly, bearings, accuracy, on_bearing)
     if survival is None:
         raise SearchError("unknown: no contact forces were found that are far enough inside the friction cones")

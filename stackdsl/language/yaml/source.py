@@ -126,9 +126,8 @@ def load(path: FilePath, within: str = "", content: Content | None = None) -> Lo
             content = with_digest(read(path, MAX_BYTES + 1))
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = getattr(error, "strerror", None) or str(error)
-        hint = "check the path and the permissions of the file"
-        if isinstance(error, FileNotFoundError):
-            hint = similar_file(str(path)) or "check the path, or create a scenario with `stackdsl new`"
+        missing = isinstance(error, FileNotFoundError)
+        hint = _instead_of_missing(path) if missing else "check the path and the permissions of the file"
         return _refused(Diagnostic("SD001", Span(file, 1, 1, 1), f"cannot read the file: {reason}", hint))
     return parsed(content, file)
 
@@ -144,8 +143,16 @@ def similar_file(path: str, beside: str = "") -> str:
             files = [entry.name for entry in islice(entries, MOST_BESIDE) if entry.is_file()]
     except (OSError, ValueError):  # as above
         return ""
-    meant = meant_choice(name, sorted({*files} - {os.path.basename(beside)}))
+    others = sorted({*files} - {os.path.basename(beside)})
+    meant = meant_choice(name, others) or next((each for each in others if os.path.splitext(each)[0] == name), "")
     return f"did you mean '{visible(os.path.join(folder, meant))}'?" if meant else ""
+
+
+def _instead_of_missing(path: FilePath) -> str:
+    """Return the remedy for a missing file."""
+    if not os.path.isdir(path.parent):
+        return f"there is no directory '{visible(path.parent.as_posix())}'; check the path"
+    return similar_file(str(path)) or "check the path, or create a scenario with `stackdsl new NAME`"
 
 
 @uncollected()

@@ -14,14 +14,16 @@ from typing import Any
 import pytest
 
 import stability
+import stackdsl
 from stackdsl.api import claims, impacts, layouts
 from stackdsl.api.cases import ScenarioError, load, loads
 from stackdsl.api.run import play
 from stackdsl.api.scenario import Scenario
 from stackdsl.api.single_bricks import brick, bricks
-from stackdsl.api.studies import find, sensitivities, survive
+from stackdsl.api.studies import find, margins, sensitivities, survive
 from stackdsl.api.written import Written
 
+ANY: Any = True
 NOTHING: Any = None  # which a type checker would refuse
 
 
@@ -42,6 +44,7 @@ def column(levels: int = 3, step: object = None, every: str | None = None, when:
         ({"systems": ["tune"]}, "systems[0]", "did you mean 'tuned'?"),
         ({"world": {"gravty": "1 m/s2"}}, "world.gravty", "did you mean 'gravity'?"),
         ({"expect": ["stands"]}, "expect[0]", 'write stands("all")'),
+        ({"expect": [claims.stands(ANY)]}, "stands", 'write "all", or give keys: levels, bricks, for_, share'),
         ({"expect": [claims.stands()]}, "stands", 'write "all", or add one of the keys levels, bricks, for_'),
         ({"impacts": [impacts.remove(brick="L9.1")]}, "remove.brick", "did you mean 'L3.1'?"),
         ({"name": "Two Words"}, "name", "use lower-case letters, digits and -"),
@@ -85,6 +88,11 @@ SCENARIO = Scenario("column", build=[column()])
         (lambda: Scenario("a", build=[layouts.column]), r"call it: column\(\.\.\.\)"),  # type: ignore[list-item]
         (lambda: load("scenario: a\nbuild:"), "not its text; `stackdsl.loads` reads a text"),
         (lambda: loads("a.yaml"), r"not the path of a file; write stackdsl.load\('a.yaml'\)"),
+        (lambda: Scenario("a", build=[brick(name="a")]), r"`build\[0\]` is .*; .* as in build=\[bricks\(\[brick\("),
+        (lambda: Scenario("a", build=[column()], expect=[column()]), "a step of building belongs in `build`"),
+        (lambda: Scenario("a", build=[column()], **{"expects": ANY}), "argument 'expects'; did you mean 'expect'"),
+        (lambda: Scenario("a"), r"such as Scenario\(.tower., build=\[layouts.column\(levels=3\)\]\)"),  # type: ignore[call-arg]
+        (lambda: survive(SCENARIO, bearing=36), "did you mean 'bearings'"),  # type: ignore[call-arg]
         (lambda: SCENARIO.play(3), "expected a part of a variant, .* not int"),  # type: ignore[arg-type]
         (lambda: SCENARIO.play().judge("stands"), r"expected a claim, such as claims\.stands\(.all.\)"),  # type: ignore[arg-type]
     ],
@@ -107,6 +115,11 @@ def test_a_function_of_one_case_takes_a_scenario_of_one_case_and_names_the_cases
         (SCENARIO.play, "margins", r"write `margins\(run.case\)`"),
         (SCENARIO.play, "replay", "write `run` as the last line of a cell"),
         (SCENARIO.play, "verdikt", "did you mean 'verdict'"),
+        (SCENARIO.play, "stands", r"write `run.judge\(claims.stands\(...\)\)`"),
+        (lambda: SCENARIO, "save", r"write_text\(scenario.to_yaml\(\)\)"),
+        (lambda: margins(SCENARIO), "tlit", "choose from: .* tilt"),
+        (lambda: stackdsl, "simulate", "did you mean 'play'"),
+        (lambda: layouts, "colum", r"did you mean 'column'\?$"),
         (lambda: SCENARIO, "plot", r"shows the replay of the run `scenario.play\(\)`"),
         (lambda: SCENARIO, "table", r"write `scenario.play\(\).table`"),
         (lambda: SCENARIO.cases[0], "play", r"write `play\(case\)`"),
@@ -117,6 +130,20 @@ def test_an_attribute_that_is_elsewhere_is_told_with_what_to_write(
 ) -> None:
     with pytest.raises(AttributeError, match=told):
         getattr(value(), name)
+
+
+@pytest.mark.parametrize(("name", "meant"), [("Scenrio", "Scenario"), ("simulate", "play")])
+def test_a_wrong_name_in_an_import_is_answered_by_the_one_that_is_meant(name: str, meant: str) -> None:
+    with pytest.raises(ImportError, match=rf"cannot import '{name}' from 'stackdsl'; did you mean '{meant}'\?"):
+        exec(f"from stackdsl import {name}")
+
+
+def test_a_variant_that_is_not_unique_is_answered_by_the_variants() -> None:
+    with pytest.raises(LookupError, match=r"no case has 'tuned' .* variants are exact; .* write systems=\['tuned'\]"):
+        SCENARIO.play("tuned")
+    both = Scenario("both", build=[column()], systems=["exact", "tuned"])
+    with pytest.raises(LookupError, match=r"there are 2 cases: exact, tuned; name one, such as play\('exact'\), or"):
+        both.play()
 
 
 def test_values_can_still_be_copied_and_pickled() -> None:

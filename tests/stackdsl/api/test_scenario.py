@@ -141,7 +141,7 @@ def test_values_of_other_types_are_refused_where_they_are_written() -> None:
 def test_a_case_of_several_is_named() -> None:
     scenario = Scenario("stacks", matrix={"n": [2, 3]}, build=[with_levels("${n}")])
     assert len(scenario.play("n=3").trace.tracks) == 3
-    with pytest.raises(LookupError, match="matches 2 of the variants n=2,exact, n=3,exact"):
+    with pytest.raises(LookupError, match="there are 2 cases: n=2,exact, n=3,exact; name one"):
         scenario.play()
     assert [len(run.trace.tracks) for run in scenario.play_all()] == [2, 3]
 
@@ -273,4 +273,6 @@ def test_a_claim_that_fails_is_false_and_a_run_without_claims_is_told_to_be_unch
     assert run.judge(claims.collapses("any"))
     assert "why: L2.1 to L10.1 (9 bricks) tip over L1.1" in repr(run)
     with pytest.warns(UncheckedWarning, match=r"bare\[exact\] has no expectations, so nothing is checked"):
-        assert Scenario("bare", build=[falls]).play().passed
+        assert Scenario("bare", build=[falls]).play().passed is None
+    with pytest.warns(UncheckedWarning):
+        assert not Scenario("bare", build=[falls]).play()

@@ -37,7 +37,7 @@ def test_the_words_of_a_module_are_its_names() -> None:
     assert {"column", "wall", "import_"} & set(dir(layouts)) == {"column", "wall"}
     assert ("stands" in dir(claims), "throw" in dir(impacts)) == (True, True)
     assert layouts.column is layouts.column
-    with pytest.raises(AttributeError, match=r"^layouts has no 'colum'; did you mean 'column'\?$"):
+    with pytest.raises(AttributeError, match=r"^layouts has no attribute 'colum'; did you mean 'column'\?$"):
         layouts.__getattr__("colum")
 
 

@@ -16,10 +16,10 @@ def test_a_code_is_told_with_its_example_and_remedy(stackdsl: Stackdsl) -> None:
     assert "Remedy. Write the unit after the number: `12 mm`." in done.out
 
 
-def test_a_code_that_there_is_not_is_refused_with_the_nearest(stackdsl: Stackdsl) -> None:
+def test_a_code_that_there_is_not_is_refused_with_the_codes(stackdsl: Stackdsl) -> None:
     done = stackdsl("explain", "SD199")
     assert done.code == ExitCode.USAGE
-    assert "unknown diagnostic code SD199; did you mean 'SD1" in done.err
+    assert "unknown diagnostic code SD199; the codes are SD001 to SD010, SD101 to " in done.err
 
 
 def test_a_file_that_is_called_like_a_code_is_a_file(stackdsl: Stackdsl, tmp_path: Path) -> None:

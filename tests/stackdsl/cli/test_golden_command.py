@@ -53,7 +53,9 @@ def test_a_name_of_no_pending_case_is_answered_by_the_pending_ones(
     stackdsl: Stackdsl, tmp_path: Path, locked: Path
 ) -> None:
     for command in ("accept", "reject", "review"):
-        assert stackdsl("golden", command, "-k", "bad").out == "0 pending\n"
+        assert (
+            stackdsl("golden", command, "-k", "bad").out == "0 pending; stackdsl check compares with the golden files\n"
+        )
     change(tmp_path, MOVED)
     stackdsl("check")
     refused = stackdsl("golden", "accept", "-k", "bad")
@@ -311,7 +313,7 @@ def test_an_accepted_rename_leaves_no_empty_directory(stackdsl: Stackdsl, tmp_pa
 
 
 @pytest.mark.parametrize(
-    ("written", "meant"), [("list", "write `stackdsl golden status`"), ("acept", "did you mean 'accept'?")]
+    ("written", "meant"), [("list", "did you mean 'status'?"), ("acept", "did you mean 'accept'?")]
 )
 def test_an_unknown_golden_command_is_answered_by_the_one_that_is_meant(
     stackdsl: Stackdsl, written: str, meant: str

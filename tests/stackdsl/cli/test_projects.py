@@ -39,12 +39,6 @@ def test_the_workflow_installs_what_is_installed_here(
     assert requirement() == "'stackdsl @ git+https://example.org/s.git@0a1b'"
 
 
-def test_a_command_that_is_misspelt_is_named(stackdsl: Stackdsl) -> None:
-    told = stackdsl("chek")
-    assert (told.code, "unknown command 'chek'; did you mean 'check'?" in told.err) == (4, True)
-    assert "unknown command 'margins'; `stackdsl --help` lists the commands" in stackdsl("margins").err
-
-
 def test_a_line_beyond_the_end_of_a_file_is_told(stackdsl: Stackdsl, tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text("scenario: a\nbuild:\n  - column: {levels: 2}\n")
     told = stackdsl("check", "a.yaml:4", "--list")

@@ -26,7 +26,7 @@ def test_the_place_that_matters_is_told_and_why_what_falls_has_none(stackdsl: St
     write(tmp_path, TWO, "shelf.yaml")
     told = stackdsl("sensitivities", "shelf.yaml", "--check", "1", "--format", "json")
     assert told.code == ExitCode.OK
-    assert "shelf[out=110 mm]: UNSTABLE: block tips over shelf; only a structure that stands has a margin" in told.err
+    assert "shelf[out=110 mm]: UNSTABLE: block tips over shelf; only a stable structure has margins" in told.err
     (case,) = json.loads(told.out)["cases"]
     assert case["case"] == "shelf[out=60 mm]"
     assert case["margin"] == pytest.approx(40.0 / 50.0, rel=1e-6)

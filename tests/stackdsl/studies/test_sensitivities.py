@@ -82,7 +82,7 @@ def test_a_counterweight_holds_by_its_moment() -> None:
 
 
 def test_sensitivities_need_a_standing_structure_with_a_margin() -> None:
-    with pytest.raises(SearchError, match="UNSTABLE: top tips over base; only a structure that stands has a margin"):
+    with pytest.raises(SearchError, match="UNSTABLE: top tips over base; only a stable structure has margins"):
         of(ON_END.replace("X", "110"))
     with pytest.raises(SearchError, match="the structure has no limit of friction"):
         of(SLAB, "friction")
