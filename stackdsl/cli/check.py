@@ -432,7 +432,8 @@ def _split(path: Path) -> tuple[Path, int | None]:
 
 def _update_command(asked: CheckOptions) -> str:
     """Return the same check with --update as a shell command, which accepts exactly the shown differences."""
-    return shlex.join(["stackdsl", "check", *_words(asked), "--update"])
+    command = shlex.join(["stackdsl", "check", *_words(asked), "--update"])
+    return f"{command} outside of CI, and commit the golden files" if is_ci(os.environ) else command
 
 
 def _words(asked: CheckOptions) -> Iterator[str]:

@@ -61,6 +61,7 @@ def _placed(source: Source, load: ImportedLoad, asked: Import) -> Source:
 # `stackdsl import`: converts the boxes in a file of another program to a scenario.
 
 
+REAL_DECK: Final = "docs/guides/pallets.md, The real deck, builds it"
 HANGS: Final = "SD202"  # a brick in the air
 
 _LENGTHS, _MASSES = (
@@ -285,11 +286,9 @@ def _notes(file: str, asked: Import, found: SettledLoad, assumed: float | None) 
     if load.skipped or asked.ignore:
         lines.append(f"left out: {', '.join((*load.skipped, *asked.ignore))}")
     if assumed is not None and load.surfaces is None:
-        lines.append(f"the friction between boxes is assumed to be {assumed:g}; measure it, and set --friction")
+        lines.append(f"friction between boxes assumed: {assumed:g}; measure it, and set --friction")
     if (area := permitted_area(load, asked)) is not None:
         (x, y), (to_x, to_y) = ([f"{1000.0 * float(side):g} mm" for side in corner] for corner in area)
-        lines.append(
-            f"the deck, from [{x}, {y}] to [{to_x}, {to_y}], is not built, and the ground continues around it; "
-            "to judge its edges, build it as a brick: docs/guides/pallets.md, The real deck"
-        )
+        place = f"deck from [{x}, {y}] to [{to_x}, {to_y}]"
+        lines.append(f"{place}, not built: the ground continues around it; {REAL_DECK}")
     return lines

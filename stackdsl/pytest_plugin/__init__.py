@@ -45,15 +45,18 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Import the libraries of scenarios, if tests run pytest within this process.
+    """Import the libraries and modules of scenarios, if tests run pytest within this process.
 
-    The fixture `pytester` removes the modules that such a run imports, and C extensions cannot be imported twice.
+    The fixture `pytester` removes the modules that such a run imports. C extensions cannot be imported twice, and
+    `stackdsl` keeps the public names of removed modules, whose results are then of unknown classes.
     """
     if config.pluginmanager.has_plugin("pytester"):
         import numpy as np  # noqa: F401, PLC0415 -- imported once, not used
         import pint  # noqa: F401, PLC0415 -- likewise; with dask installed, a second import fails
         import scipy.optimize  # noqa: F401, PLC0415 -- likewise
         import yaml  # noqa: F401, PLC0415 -- likewise
+
+        import stackdsl.api.run  # noqa: F401, PLC0415 -- likewise
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "ScenarioFile | None":

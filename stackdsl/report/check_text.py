@@ -1,6 +1,5 @@
 """The report of a check as text: green runs in one line a file, failures as blocks, and one line of sums."""
 
-import os
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from os.path import dirname
@@ -8,7 +7,6 @@ from textwrap import wrap
 
 from stability.name_order import names_text, natural_key
 from stackdsl.exits import ExitCode
-from stackdsl.goldens.golden import is_ci
 from stackdsl.report.blocks import GAP, Block, Line, Row, Table, TextStyle, blocks_text, hanging, line, table, titled
 from stackdsl.report.diagnostics import GUTTER, diagnostic_text
 from stackdsl.report.golden_differences import difference_lines, unclear_lines
@@ -474,8 +472,7 @@ def _golden_files(report: Report) -> Iterator[str]:
         yield f"{what} expectations; only {report.accept_failing} would accept {'it' if failing == 1 else 'them'}"
     if report.accept and not any(UNWRITABLE in (golden.note or "") for golden in goldens):
         others, unused = " the others" * bool(failing), ", and remove obsolete files," * bool(report.obsolete)
-        place = ", outside of CI," * is_ci(os.environ)
-        yield f"accept{others}{unused}{place} with: {report.accept}{', and commit the files' * bool(place)}"
+        yield f"accept{others}{unused} with: {report.accept}"
 
 
 def _together(files: Sequence[str], status: GoldenStatus) -> Iterator[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from stackdsl.report.studies import half_text, settings_text
 from stackdsl.viewing.svg import BLUE, FAINT, GREEN, GRID, GROUND, INK, RED, Point, encoded, svg_of, text_at, width_of
-from stackdsl.wording import bearing_text, how_many, significant
+from stackdsl.wording import bearing_text, how_many, significant, survived_text
 
 if TYPE_CHECKING:
     from stackdsl.judging.proofs import Survival
@@ -201,7 +201,7 @@ def drawn_survival(name: str, survival: "Survival", suffix: str, expected: float
     labels = _Labels(_between([*corners, corners[0]]))
     weakest = survival.worst
     toward = bearing_text(weakest.bearing)
-    answer = f"survives {significant(weakest.survived)} g in every direction, weakest towards {toward}"
+    answer = f"survives {survived_text(weakest.survived)} g in every direction, weakest towards {toward}"
     shapes = [*titles(name, answer if weakest.survived < inf else "nothing gives way in any direction")]
     limit = None if expected is None else radius.place(expected)
     colour, met = (GREEN, "") if expected is None or weakest.survived >= expected else (RED, ", not met")
@@ -223,7 +223,7 @@ def drawn_survival(name: str, survival: "Survival", suffix: str, expected: float
         labels.keep_off(_between([MIDDLE, mark]))
         around = [weakest.bearing + pi / 8.0 * turn for turn in (0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6, 7, -7)]
         near = [(x + (16 + 3 * off) * cos(b), y - off * sin(b)) for off in (14.0, 20.0, 30.0) for b in around]
-        shapes.append(labels.placed(near, f"{significant(weakest.survived)} g", INK, "600"))
+        shapes.append(labels.placed(near, f"{survived_text(weakest.survived)} g", INK, "600"))
     if limit is not None and expected is not None:
         near = [_at(limit + off, bearing) for off in (16.0, -16.0, 30.0, -30.0) for bearing in BETWEEN_AXES]
         shapes.append(labels.placed(near, f"expected: {significant(expected)} g{met}", colour, "600"))

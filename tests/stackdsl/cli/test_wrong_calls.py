@@ -65,4 +65,4 @@ def test_a_file_that_cannot_be_written_is_refused_before_the_run(stackdsl: Stack
 def test_a_missing_golden_file_in_ci_is_to_be_written_elsewhere(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, GOOD)
     result = stackdsl("check", "scene.yaml", CI="true")
-    assert "accept, outside of CI, with: stackdsl check scene.yaml --update, and commit the files" in result.out
+    assert "accept with: stackdsl check scene.yaml --update outside of CI, and commit the golden files" in result.out
