@@ -23,7 +23,7 @@ def survival(*survived: float) -> Survival:
 
 def test_the_weakest_direction_is_marked_at_its_bearing_and_distance() -> None:
     svg = drawn_survival("tower", survival(1.0, 1.0, 1.0, 0.5), ".svg").decode()  # weakest towards -y
-    assert "survives 0.499 g in every direction, weakest towards -y" in svg
+    assert "survives 0.5 g in every direction, weakest towards -y" in svg
     x, y = (float(value) for value in re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)" r="5"', svg)[0])
     assert (x, y) == pytest.approx((MIDDLE[0], MIDDLE[1] + 0.5 * RADIUS), abs=0.1)
 
