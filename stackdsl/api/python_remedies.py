@@ -9,11 +9,15 @@ from typing import Final
 import yaml
 
 from stackdsl.diagnostics import Diagnostic
+from stackdsl.language.claims.claim_kind import CLAIMS
 
 FLOW: Final = re.compile(r"(?<=\s)(?:- )?(?:\{.*\}|\[.*\])")  # a mapping or a list in YAML flow style
 WORDS: Final[tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...]] = (
     (re.compile(r"begin each item with `- `"), "put it into a list, [...]"),
-    (re.compile(r"write `(?:- )?(\w+): (\w+)`"), r'write \1("\2")'),
+    (
+        re.compile(r"write `(?:- )?(\w+): (\w+)`"),
+        lambda match: f'write {"claims." * (match[1] in CLAIMS)}{match[1]}("{match[2]}")',
+    ),
     (re.compile(r"write `(?:- )?(\w+):? ?` and its value"), r"write \1(...)"),
     (
         re.compile(r"^write (\w+), or a mapping with the keys (.*)$"),

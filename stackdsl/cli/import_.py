@@ -138,7 +138,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     try:
         data = read_user_file(file, MAX_IMPORTED + 1)
     except OSError as error:
-        raise click.UsageError(f"cannot read {file}: {error.strerror}") from error
+        raise click.UsageError(f"cannot read {file}: {error.strerror}; name a file, such as a table (.csv)") from error
     shown = visible(file.as_posix())
     try:
         with counted(100, f"importing {shown}: percent") as known:

@@ -142,7 +142,7 @@ def _warn_of_nothing_there(run: RunView, time: float | None, forces: bool) -> No
     """Report options that have no visible effect."""
     end = run.trace.cost.simulated_time
     if time is not None and time > end:
-        raise click.UsageError(f"--at {time:g} is too late: {run.name} ends at {end:.3f} s")
+        raise click.UsageError(f"--at {time:g} is too late: {run.name} ends at {end:.3f} s; write a time until then")
     at = end if time is None else time
     if forces and not any(proof.begin <= at < proof.end for proof in run.proofs.standing):
         spans = ", ".join(f"{p.begin:g} s to {min(p.end, end):g} s" for p in run.proofs.standing) or "never"

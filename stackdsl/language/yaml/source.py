@@ -150,6 +150,8 @@ def similar_file(path: str, beside: str = "") -> str:
 
 def _instead_of_missing(path: FilePath) -> str:
     """Return the remedy for a missing file."""
+    if set("*?[") & set(path.name):
+        return "no file matches this pattern; name a file, or a directory for all files in it"
     if not os.path.isdir(path.parent):
         return f"there is no directory '{visible(path.parent.as_posix())}'; check the path"
     return similar_file(str(path)) or "check the path, or create a scenario with `stackdsl new NAME`"

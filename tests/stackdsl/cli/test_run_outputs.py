@@ -51,12 +51,6 @@ def test_a_name_that_means_another_form_is_refused(
     assert f"write {meant}" in result.err
 
 
-def test_a_place_that_cannot_be_written_is_told(good: Path, stackdsl: Stackdsl) -> None:
-    result = stackdsl("run", "good.yaml", "--html", "nowhere/run.html")
-    assert result.code == 4
-    assert "nowhere/run.html cannot be written: No such file or directory" in result.err
-
-
 def test_a_failed_run_names_its_page_or_the_command_that_writes_one(good: Path, stackdsl: Stackdsl) -> None:
     (good / "post.yaml").write_text(
         "scenario: post\nbrick: kapla\nbuild: [{bricks: [{name: post, at: [0 mm, 0 mm, 58.8 mm],"

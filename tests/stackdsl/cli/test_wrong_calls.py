@@ -24,6 +24,7 @@ WRONG_CALLS = [
     ("new scenarios/foo.yaml", "write `stackdsl new foo`"),
     ("new drafts/My_Tower", "write `stackdsl new my-tower --to drafts`"),
     ("check", "there is no directory 'scenarios', which is checked by default"),
+    ("check *.yml", "no file matches this pattern; name a file, or a directory"),
     ("run scen.yaml", "did you mean 'scene.yaml'?"),
     ("explain other", "did you mean 'other.yaml'?"),
     ("check --html page.html scene.yaml", "write --html page"),
