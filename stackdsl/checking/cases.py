@@ -298,9 +298,12 @@ def cases_of(loaded: Loaded) -> tuple[list[Case], list[Diagnostic]]:
     mistakes = list(loaded.diagnostics)
     for source, lines in zip(loaded.sources, _lines(loaded.sources), strict=True):
         compiled, own_mistakes = _source_cases(source)
-        # The mistake in an ambiguous word, such as `yes` for a number, says what to write in its place.
-        explained = {mistake.span for mistake in own_mistakes}.intersection(word.span for word in source.ambiguous)
-        mistakes = [mistake for mistake in mistakes if mistake.span not in explained]
+        # An ambiguous word, such as `yes`, is a mistake at its place, which says what to write; or text is permitted.
+        explained = {mistake.span for mistake in own_mistakes}
+        for word in set(source.ambiguous).intersection(mistakes):  # not of a base that is handled already
+            position = mistakes.index(word)
+            quoted = replace(word, hint=f'quote it: "{word.span.text}"')
+            mistakes[position : position + 1] = [] if word.span in explained else [quoted]
         mistakes += own_mistakes
         # A mistake in one variant may affect all, such as one in the matrix.
         cases += [] if own_mistakes or source.ambiguous else [replace(case, lines=lines) for case in compiled]

@@ -360,7 +360,9 @@ class BrickKind(Shorthand, ExactlyOneKey):
         message = f"there is no brick {shown(scalar)} in the catalogue or under `brick_types`"
         size = triple(name)
         hint = f"write {{size: {size}, density: {cls.examples['density']}}}" if size else ""
-        raise InputError("SD104", message, hint or did_you_mean(str(scalar), (*known, *CATALOGUE)))
+        names = did_you_mean(str(scalar), (*known, *CATALOGUE))
+        define = "" if names.endswith("?") else "; or define it under `brick_types`"
+        raise InputError("SD104", message, hint or names + define)
 
     @classmethod
     def scalar_schema(cls, _properties: dict[str, t.JsonSchema]) -> t.JsonSchema:

@@ -4,7 +4,7 @@ import ast
 import math
 import re
 from collections import ChainMap
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
@@ -100,15 +100,6 @@ _TOKEN = re.compile(
 )
 
 
-_BARE = re.compile(r"\$?\{{0,2}\s*([A-Za-z]\w*)\s*\}{0,2}")
-
-
-def bare_name(written: object) -> str:
-    """Return the name in a text that is only a name, or one in the notation of other languages: `n`, `$n`, `{{n}}`."""
-    match = _BARE.fullmatch(written.strip()) if isinstance(written, str) else None
-    return match[1] if match else ""
-
-
 class EarlierInputError(Exception):
     """The value is unknown because of a mistake that is reported already."""
 
@@ -136,6 +127,25 @@ def _plain_value(expression: str, names: "Names") -> int | float | str:
 def variables_in(text: str) -> set[str]:
     """Return the names in the expressions of a text, including units and functions."""
     return {name for expression in _EXPRESSION.findall(text) for name in VARIABLE.findall(expression)}
+
+
+_NOTATION: Final = re.compile(r"[${}<>]")  # of expressions in other languages: $n, {n}, {{n}}, <n>
+
+
+def meant_expression(written: object, names: Collection[str]) -> str:
+    """Return a text that is meant as an expression of some of these variables, in `${}`; empty if it is not."""
+    text = written.strip() if isinstance(written, str) and len(written) <= MAX_LENGTH else ""
+    bare = _NOTATION.sub("", text).strip()
+    if "${" in text or not any(name in names for name in VARIABLE.findall(bare)):
+        return ""
+    try:
+        evaluate(bare, dict.fromkeys(names))
+    except EarlierInputError:  # it is well-formed, and the values of the variables are irrelevant
+        return f"${{{bare}}}"
+    except InputError:
+        with_braces = re.sub(rf"\$({VARIABLE.pattern})", r"${\1}", text)
+        return with_braces if with_braces != text else ""
+    return ""
 
 
 def evaluate(expression: str, names: "Names") -> "Amount":
@@ -447,7 +457,10 @@ def value_mistakes(values: list[Plain]) -> Iterator[tuple[int, InputError]]:
     seen: set[object] = set()
     for index, written in enumerate(values):
         try:
-            value = value_of(written)
+            is_range = isinstance(written, str) and _RANGE.fullmatch(written) is not None
+            value = (
+                value_of(written, hint="write a range without brackets around it") if is_range else value_of(written)
+            )
         except InputError as mistake:
             yield index, mistake
             continue

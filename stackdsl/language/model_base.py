@@ -243,6 +243,9 @@ def parse_anchor(written: object) -> Anchor:
 def _remedy(written: object) -> str:
     """Return the closest event if the word is near one, and the forms of events."""
     hint = "write start, built, level 9, brick L3.2, or impact 1, optionally + 1 s; for a fixed time use `at`"
+    parts = re.match(r"\s*(level|brick|impact)\W*(\w\S*)(.*)", str(written), re.IGNORECASE)
+    if parts and re.fullmatch(_EVENT, event := f"{parts[1].lower()} {parts[2]}"):
+        return f"write {event}{parts[3]}"
     word, *rest = str(written).split(maxsplit=1) or [""]
     meant = meant_choice(word, ("start", "built", "level", "brick", "impact"))
     return f"did you mean '{' '.join([meant, *rest])}'? Otherwise {hint}" if meant not in ("", word) else hint

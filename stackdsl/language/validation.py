@@ -13,7 +13,7 @@ from stackdsl.diagnostics import Diagnostic, capped, did_you_mean, meant_choice,
 from stackdsl.entry_points import offered_systems
 from stackdsl.language.bricks import BrickKind, known_bricks, laid
 from stackdsl.language.distributions import sampled
-from stackdsl.language.expressions import bare_name
+from stackdsl.language.expressions import meant_expression
 from stackdsl.language.layouts.registry import place
 from stackdsl.language.quantities import QUANTITY, ConsequentialError, InputError, number_remedy, shown, triple
 from stackdsl.language.schema import Package, Scenario, is_installed, models
@@ -239,7 +239,7 @@ def _without_echoes(details: Sequence[ErrorDetails], meant: dict[KeyPath, str]) 
     for detail in details:
         *path, last = detail["loc"] or ("",)
         others = unknown[tuple(path)][:MOST_COMPARED]
-        is_supplied = detail["loc"] in supplied or any(_synonym(other, [str(last)]) for other in others)
+        is_supplied = detail["loc"] in supplied or any(_synonyms(other, [str(last)]) for other in others)
         misspelt = detail["type"] == "missing" and (is_supplied or meant_choice(str(last), others))
         if not misspelt and not _is_echo(detail):
             yield detail
@@ -269,10 +269,12 @@ def _diagnostic(source: Source, detail: ErrorDetails, meant: Mapping[KeyPath, st
         hint = "round it with floor, ceil or round" if isinstance(detail["input"], float) else hint
     elif path in meant:
         hint = f"write `{meant[path]}: {_quoted(detail['input'])}`"
-    elif code != "SD101" and (name := bare_name(detail["input"])) in _variables(source):
-        hint = f"'{name}' is a variable; write \"${{{name}}}\""
+    elif code != "SD101" and (expression := meant_expression(detail["input"], _variables(source))):
+        hint = f'write "{expression}" for the value of the variable'
     elif code != "SD101" and isinstance(detail["input"], list) and f"{path[-1]}s" in keys_at(path[:-1]):
         hint = f"write `{path[-1]}s` in place of `{path[-1]}`"
+    if code == "SD108" and message.endswith("not none") and isinstance(path[-1], int) and path[-1] > 0:
+        hint += ", or remove the '- ' if its keys belong to the item above"
     if path[-1:] == ("[key]",):  # pydantic's path to the key of a mapping
         return Diagnostic(code, source.key_span_of(path[:-1]), message, hint)
     if code == "SD102" and detail["type"] == "missing":
@@ -282,8 +284,8 @@ def _diagnostic(source: Source, detail: ErrorDetails, meant: Mapping[KeyPath, st
     return Diagnostic(code, span, message, hint)
 
 
-def _variables(source: Source) -> Iterator[str]:
-    return (str(path[-1]) for path in definitions_of(source.values) if path[0] != KINDS)
+def _variables(source: Source) -> set[str]:
+    return {str(path[-1]) for path in definitions_of(source.values) if path[0] != KINDS}
 
 
 def _of_expression(code: str, message: str, hint: str, value: object) -> tuple[str, str]:
@@ -350,9 +352,11 @@ WORDS: Final = {
     "name": "id label",
     "mass": "weight",
     "density": "rho",
-    "size": "dimensions dims extents",
+    "size": "dimensions dims extents length width height thickness",
+    "gravity": "g",
     "friction": "mu cof coefficient friction_coefficient",
     "origin": "at position pos offset",
+    "after": "when event",
     "at": "position pos location coordinates time when start target brick level",
     "onto": "on at target",
     "on": "onto support",
@@ -420,7 +424,7 @@ def _known_key(key: str, written: object, path: KeyPath) -> str:
     if key == "brick" and path[-1:] == ("displaced",):
         return SHIFT_OF_ONE.format(shown(written).strip("'"))
     siblings = keys_at(path)
-    if meant := _synonym(key, siblings):
+    if meant := _synonym(key, siblings, written, path):
         is_list = any(node.get("type") == "array" and node.get("minItems") == 1 for node in nodes_at((*path, meant)))
         listed = is_list and isinstance(written, str) and not keys_at((*path, meant, 0))
         remedy = f"write `{meant}: [{written}]`" if listed else f"write `{meant}` in place of `{key}`"
@@ -428,7 +432,11 @@ def _known_key(key: str, written: object, path: KeyPath) -> str:
     first, _, rest = key.partition(" ")
     if rest and first in siblings:
         return f"put a colon after it: `{first}: {{{rest}: {shown(written)}}}`".replace("'", "")
-    return _place_of(key, path) or did_you_mean(key, siblings)
+    if place := _place_of(key, path):
+        return place
+    elsewhere = ((meant, _place_of(meant, path)) for meant in _synonyms(key, WORDS))
+    other = next((f"write `{meant}`; {place}" for meant, place in elsewhere if place), "")
+    return f"did you mean '{near}'?" if (near := meant_choice(key, siblings)) else other or did_you_mean(key, siblings)
 
 
 def _place_of(key: str, path: KeyPath) -> str:
@@ -445,12 +453,23 @@ def _place_of(key: str, path: KeyPath) -> str:
     return f"this key belongs in an item of `{lists[0]}`" if lists else ""
 
 
-def _synonym(word: str, keys: Iterable[str]) -> str:
-    """Return the first key that new users call by this word; empty if none of the keys."""
-    return next((key for key, words in WORDS.items() if key in keys and word.lower() in words.split()), "")
+def _synonyms(word: str, keys: Iterable[str]) -> list[str]:
+    """Return the keys that new users call by this word."""
+    return [key for key, words in WORDS.items() if key in keys and word.lower() in words.split()]
+
+
+def _synonym(word: str, keys: Iterable[str], written: object, path: KeyPath) -> str:
+    """Return the key meant by a word in the mapping at a path: the first that permits its value, or the first."""
+    meant = _synonyms(word, keys)
+    suits = (key for key in meant if isinstance(written, str) and _permits((*path, key), written))
+    return next(suits, meant[0] if meant else "")
 
 
 SINE: Final = ", frequency: 2 Hz, for: 2 s"  # the other keys of a shake
+
+
+ENTRY: Final = re.compile(r"\(?\s*(\w+)\s*[=:]?\s*([^\s=:].*?)\s*\)?")  # a key and its value in one text
+COUNTS: Final[Mapping[str | bool, str]] = {"any": ">= 1", True: ">= 1", "none": "<= 0", False: "<= 0"}
 
 
 def _as_mapping(written: object, path: KeyPath) -> str:
@@ -458,16 +477,16 @@ def _as_mapping(written: object, path: KeyPath) -> str:
     from stackdsl.language.json_schema import description_at, keys_at, nodes_at  # noqa: PLC0415 -- only mistakes need it
 
     keys = keys_at(path)
-    if isinstance(written, list) and any(isinstance(item, dict) for item in written):
-        return "write the mapping itself, without the list around it: remove its '- ' or its brackets"
-    if written in keys:
-        return _with_value(str(written), path)
+    if remedy := _in_other_form(written, path, keys):
+        return remedy
     if isinstance(written, int) and not isinstance(written, bool):
         counts = [key for key in keys if any(node.get("type") == "integer" for node in nodes_at((*path, key)))]
         if len(counts) == 1:
             return f"write {{{counts[0]}: {written}}}: {description_at((*path, counts[0]))}"
-    if written in ("any", True) and "count" in keys:
-        written = ">= 1"
+    if isinstance(written, str) and (pair := ENTRY.fullmatch(written)) and pair[1] in keys:
+        return f"write {{{pair[1]}: {pair[2]}}}"
+    if isinstance(written, str | bool) and "count" in keys and written in COUNTS:
+        written = COUNTS[written]
     key, text = _key_for(written, path, keys), _quoted(written)
     companion = f", density: {BrickKind.examples['density']}" * (key == "size" and "density" in keys)
     if key and isinstance(written, str) and _permits((*path, key), limit := f">= {written}"):
@@ -481,18 +500,43 @@ def _as_mapping(written: object, path: KeyPath) -> str:
     return f"{example}the keys are {', '.join(f'{key} ({text})' for key, text in descriptions.items())}"
 
 
+def _in_other_form(written: object, path: KeyPath, keys: Sequence[str]) -> str:
+    """Return the remedy for a value that is no mapping, but has or names one; empty for other values."""
+    from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+
+    for depth in reversed(range(len(path) - 1)):  # the same key above, such as the friction of all bricks
+        is_above = path[-1] in keys_at(path[:depth]) and _has_type_of((*path[:depth], path[-1]), written)
+        if isinstance(written, int | float) and is_above:
+            return f"write `{path[-1]}: {written}` beside `{path[depth]}`"
+    if isinstance(written, list) and any(isinstance(item, dict) for item in written):
+        return "write the mapping itself, without the list around it: remove its '- ' or its brackets"
+    if written in keys:
+        return _with_value(str(written), path)
+    pair = ENTRY.fullmatch(written) if isinstance(written, str) else None
+    return f"write {{{pair[1]}: {pair[2]}}}" if pair and pair[1] in keys else ""
+
+
 def _key_for(written: object, path: KeyPath, keys: Sequence[str]) -> str:
     """Return the key whose value the text or list may be: the first that permits it; empty if none does."""
     from stackdsl.language.json_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
 
-    kind = "array" if isinstance(written, list | tuple) else "string" if isinstance(written, str) else "number"
-    fitting = [key for key in keys if any(node.get("type") == kind for node in nodes_at((*path, key)))]
+    fitting = [key for key in keys if _has_type_of((*path, key), written)]
     if not isinstance(written, str):
-        return fitting[0] if fitting and not isinstance(written, bool) else ""
+        return fitting[0] if len(fitting) == 1 or (fitting and isinstance(written, list | tuple)) else ""
     for text in (written, f">= {written}"):  # a value, or the limit of a tolerance
         if key := next((key for key in fitting if _permits((*path, key), text)), ""):
             return key
-    return fitting[0] if fitting[:1] == [*keys[:1]] else ""
+    is_free = any(node.get("type") == "string" and "pattern" not in node for node in nodes_at((*path, *keys[:1])))
+    return keys[0] if keys and is_free else ""
+
+
+def _has_type_of(path: KeyPath, written: object) -> bool:
+    """Return whether the values at a path may be lists, texts or numbers, as this value is."""
+    from stackdsl.language.json_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
+
+    is_list, is_text = isinstance(written, list | tuple), isinstance(written, str)
+    types = ("array",) if is_list else ("string",) if is_text else ("number", "integer")
+    return not isinstance(written, bool) and any(node.get("type") in types for node in nodes_at(path))
 
 
 def _permits(path: KeyPath, text: str) -> bool:
@@ -557,6 +601,9 @@ def _list_of(written: float | str, path: KeyPath) -> str:
 
     if keys := keys_at((*path, 0)):
         return _with_value(str(written), (*path, 0)).replace("`", "`- ", 1) if written in keys else _ITEMS
+    permitted = [value for node in nodes_at((*path, 0)) for value in node.get("enum", ())]
+    if permitted and written not in permitted:
+        return did_you_mean(str(written), permitted)
     least = next((int(node["minItems"]) for node in nodes_at(path) if "minItems" in node), 1)
     if least == 3 and (listed := triple(str(written))):  # noqa: PLR2004 -- axes
         return f"write {listed}"
@@ -579,6 +626,12 @@ def _form(detail: ErrorDetails) -> str:
         case "int_type" | "float_type" if isinstance(written, str) and (number := NUMBER.fullmatch(written.strip())):
             bare = f"{float(number[1]) / 100:g}" if number[2] == "%" else number[1]
             return f"write {bare}, without {REST[number[2]]}"
+        case "int_type" if isinstance(written, float) and written.is_integer():
+            return f"write {int(written)}"
+        case "int_type" | "float_type" if isinstance(written, str) and re.fullmatch(
+            r"[\d.()]+\s*[*/+][\d\s.*/+()]+", written
+        ):
+            return f'write "${{{written}}}"'
         case "int_type" | "float_type":
             return _within(detail["loc"]) or f"write {WANTED[detail['type']]}"
         case "string_type":

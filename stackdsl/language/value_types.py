@@ -239,7 +239,8 @@ NAME: Final = r"[A-Za-z][A-Za-z0-9_.-]{0,63}"
 
 def _read_text(written: object, pattern: str, noun: str, advice: str) -> str:
     if not isinstance(written, str):
-        raise InputError("SD103", f"expected {noun}, not {shown(written)}", advice)
+        quoted = f'write "{written}": ' if re.fullmatch(pattern, str(written)) else ""
+        raise InputError("SD103", f"expected {noun}, not {shown(written)}", quoted + advice)
     if not re.fullmatch(pattern, written):
         stem = re.sub(r".*/|\.ya?ml$", "", written.lower())  # of a path
         near = re.sub(r"[^a-z0-9]+", "-", stem).strip("-")

@@ -9,9 +9,9 @@ from stackdsl.diagnostics import Diagnostic, capped, reading_order
 from stackdsl.language.distributions import Distribution, Inline, Pick, distributions, is_inline, middle, named, subject
 from stackdsl.language.expressions import (
     EarlierInputError,
-    bare_name,
     inner_names,
     interpolate,
+    meant_expression,
     value_of,
     variables_in,
 )
@@ -283,12 +283,10 @@ PROSE: Final = ("scenario", "description", "tags")  # keys whose words name noth
 
 def _unused(source: Source) -> Iterable[Diagnostic]:
     """Yield variables that nothing uses, except the one that names the cases."""
-    used = {
-        name
-        for text in _texts({key: value for key, value in source.values.items() if key not in CHOOSING})
-        for name in (variables_in(text) if "${" in text else [bare_name(text)])
-    }
     definitions = [path for path in definitions_of(source.values) if path[0] != KINDS]
+    names = {str(path[-1]) for path in definitions}
+    texts = _texts({key: value for key, value in source.values.items() if key not in (*CHOOSING, *PROSE)})
+    used = {name for text in texts for name in variables_in(meant_expression(text, names) or text)}
     naming = next((path for path in definitions if path[0] == "cases"), None)
     for path in definitions:
         name = str(path[-1])

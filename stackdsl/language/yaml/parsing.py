@@ -109,11 +109,13 @@ QUOTED_LATE: Final = re.compile(r"""[\[{,:]\s+([^\s\[{,:"']+\s*)"(\$\{[^"]*)\"""
 VALUE_BEGINS: Final = re.compile(r"[\[{,]\s*|:\s+")
 VALUE_GOES_ON: Final = re.compile(r"""(?:\$\{[^}"']*\}|(?!\s#|:\s)[^]},"'])*""")
 NO_SPACE: Final = re.compile(r"\s*(?:- )?([\w-]+):([^\s:/].*)")
-EQUALS: Final = re.compile(r"\s*(?:- )?([\w-]+\s*)=\s*([^\s=].*)")
-ONLY_KEY: Final = re.compile(r"\s*(?:- )?([\w-]+)\s*")
+EQUALS: Final = re.compile(r"\s*(?:- )?([\w-]+\s*)([=;])\s*([^\s=].*)")
+ONLY_KEY: Final = re.compile(r"\s*(?:- )?([A-Za-z][\w-]*)\s*")
+TWO_KEYS: Final = re.compile(r"\s*(?:- )?([\w-]+):\s+([\w-]+:\s.*)")
+BULLET: Final = re.compile(r"\s*([*•]) ")
 COMPARISON: Final = re.compile(r">=?\s*[^\s#][^#]*")
 NO_DASH_SPACE: Final = re.compile(r"-([A-Za-z][\w-]*)$")
-NO_COLON: Final = re.compile(r"([\w-]+)\s*([{\[].*)")
+NO_COLON: Final = re.compile(r"([\w-]+)(:?)\s*([{\[].*)")
 KEY_BEFORE: Final = re.compile(r".*?[^\s,{\[]\s+([\w-]+)\s*$")
 WIDE_SPACE: Final = re.compile("[\u00a0\u1680\u2000-\u200a\u202f\u205f\u3000]")  # blank, but no separator in YAML
 SEPARATES: Final = re.compile(f"^{WIDE_SPACE.pattern}|[:-]{WIDE_SPACE.pattern}")  # where YAML expects a space
@@ -143,8 +145,12 @@ def _typical_slip(page: Page, error: yaml.MarkedYAMLError, line: int, column: in
         return (line, wide.start()), f"{_name(wide[0])} does not count as a space", SPACE_REMEDY
     if quote := TYPOGRAPHIC.search(text):
         return (line, quote.start()), f"{quote[0]} is not a quote of YAML", 'write "'
+    if bullet := BULLET.match(text):
+        return (line, bullet.start(1)), f"'{bullet[1]}' does not begin an item of a list", "write '- '"
     if "simple key" in description:
         return _slip_of_key(text, line)
+    if "mapping values" in description:
+        return _slip_of_second_key(page, line, column)
     if "a block scalar" in description and (comparison := COMPARISON.match(text, column)):
         return (line, column), "a value that begins with '>' needs quotes", f'write "{comparison[0].rstrip()}"'
     if re.search("a flow (mapping|sequence):", description):
@@ -154,12 +160,41 @@ def _typical_slip(page: Page, error: yaml.MarkedYAMLError, line: int, column: in
     return None
 
 
+def _slip_of_second_key(page: Page, line: int, column: int) -> Slip | None:
+    """Return the slip of a line with a second key, or of one that the line above would have as its value."""
+    text = page.lines[line]
+    if keys := TWO_KEYS.match(text):
+        inner = keys[2].split("#")[0].strip()
+        hint = f"write `{keys[1]}: {{{inner}}}`, or quote the value if it is text"
+        return (line, column), "unexpected ':'; a value cannot contain a second key on this line", hint
+    key = FIRST_KEY.match(text)
+    above = next((number for number in range(line - 1, -1, -1) if page.lines[number].strip()), None)
+    if key is None or above is None or key.end(1) != column:
+        return None
+    item = ITEM.match(page.lines[above])
+    before = FIRST_KEY.match(page.lines[above], item.end() if item else 0)
+    return _wrong_indentation(line, key, above, before) if before else None
+
+
+def _wrong_indentation(line: int, key: re.Match[str], above: int, sibling: re.Match[str], more: str = "") -> Slip:
+    """Return the slip of a key that is not indented like the key of a line above it."""
+    message = f"`{key[1]}` is indented by {_spaces(key.start(1))}, and so belongs to no mapping"
+    hint = f"indent it by {_spaces(sibling.start(1))}, like `{sibling[1]}` in line {above + 1}{more}"
+    return (line, key.start(1)), message, hint
+
+
+def _spaces(count: int) -> str:
+    return "1 space" if count == 1 else f"{count} spaces"
+
+
 def _slip_of_key(text: str, line: int) -> Slip | None:
     """Return the slip of a line that has no colon where a key ends."""
     if key := NO_SPACE.match(text):
         return (line, key.end(1)), "a space is missing after ':'", f"write `{key[1]}: {key[2].strip()}`"
     if key := EQUALS.match(text):
-        return (line, key.end(1)), "'=' in place of ':'", f"write `{key[1].strip()}: {key[2].strip()}`"
+        return (line, key.start(2)), f"'{key[2]}' in place of ':'", f"write `{key[1].strip()}: {key[3].strip()}`"
+    if set(text.strip()) == {"-"}:
+        return (line, 0), "a line between two scenarios has exactly three dashes", "write ---"
     if key := ONLY_KEY.fullmatch(text):
         return (line, key.start(1)), "the key has no ':'", f"write `{key[1]}:`, or check the indentation"
     return None
@@ -182,24 +217,20 @@ def _slip_of_block(page: Page, error: yaml.MarkedYAMLError, line: int, column: i
     """Return the slip of a line that does not continue the list or mapping above it."""
     if page.at(line, column) in set("}]"):
         return (line, column), f"one '{page.at(line, column)}' too many", "remove it"
-    key, opening = FIRST_KEY.match(page.lines[line]), error.context_mark
+    dash, opening = ITEM.match(page.lines[line]), error.context_mark
+    key = FIRST_KEY.match(page.lines[line], dash.end() if dash else 0)
+    if dash and key and opening and "mapping" in str(error.context):
+        hint = f"remove the '- ' if `{key[1]}` belongs to that item, or indent the line like the items above"
+        return (line, column), f"an item begins inside the item of line {opening.line + 1}", hint
     if key is None or key.start(1) != column or opening is None:
         return None
-    if "collection" in str(error.context):
-        opening_line = next(number for number in range(line - 1, -1, -1) if ITEM.match(page.lines[number]))
-    else:
-        opening_line = opening.line
-    item = ITEM.match(page.lines[opening_line])
-    first = FIRST_KEY.match(page.lines[opening_line], item.end() if item else opening.column)
-    if first is None:
-        return None
-    message = f"`{key[1]}` is indented by {column} spaces, and so belongs to no mapping"
-    hint = f"indent it by {first.start(1)} spaces, like `{first[1]}` in line {opening_line + 1}"
-    return (
-        (line, column),
-        message,
-        hint + (", or begin an item with '- '" if "collection" in str(error.context) else ""),
-    )
+    of_list = "collection" in str(error.context)
+    items = (number for number in range(line - 1, opening.line - 1, -1) if ITEM.match(page.lines[number]))
+    above = next(items, opening.line) if of_list else opening.line
+    item = ITEM.match(page.lines[above])
+    first = FIRST_KEY.match(page.lines[above], item.end() if item else opening.column)
+    more = ", or begin an item with '- '" if of_list else ""
+    return _wrong_indentation(line, key, above, first, more) if first else None
 
 
 BEGINS: Final = re.compile(r"\s*(?:- |[\w-]+\s*:(?:\s|$))")  # a line that begins a key or an item
@@ -366,7 +397,8 @@ def _name(character: str) -> str:
 
 
 MAX_DEPTH: Final = 64  # collections in each other; keeps the recursion below far from Python's limit of 1000 frames
-COMMA: Final = "replace the decimal comma by a point"
+COMMA: Final = "replace the decimal comma by a point, or put a list in brackets"
+COMMA_ENDS: Final = "the ',' before this text begins another entry"
 MAX_VALUES: Final = 100_000  # written in one file; bounds the memory for spans to some 100 MB
 MAX_MISTAKES: Final = 1000  # reported for one file
 ANCHORS_COMPARED: Final = 20  # anchors compared with a misspelt alias; all of a hostile file would take minutes
@@ -577,8 +609,7 @@ def _report_missing(reading: Reading, event: yaml.ScalarEvent, owner: Span | Non
     line, column = _start(event)
     span = owner or reading.page.span(line, max(0, column - 1))
     remedy = _remedy_of_missing(span)
-    message = "the ',' before this text begins another entry" if remedy == COMMA else "a value is missing"
-    reading.report("SD009", span, message, remedy)
+    reading.report("SD009", span, COMMA_ENDS if remedy == COMMA else "a value is missing", remedy)
 
 
 def _remedy_of_missing(span: Span) -> str:
@@ -590,6 +621,8 @@ def _remedy_of_missing(span: Span) -> str:
         return "write ':' in place of '='"
     if key[:1].isdigit() and _ends_in_comma(span):
         return COMMA
+    if words := re.fullmatch(r"([\w-]+)\s+([\w.+-].*)", key):
+        return f"write `{words[1]}: {words[2]}`"
     if span.excerpt[end:].strip() == ":":
         return "write the value, indent the lines below if they belong to it, or delete the line"
     return "write the value, or delete the line"
@@ -657,6 +690,17 @@ def _nest_span(page: Page, start: yaml.CollectionStartEvent, end: yaml.Event, ow
     return owner or page.span(*_start(start))
 
 
+def _slip_in_key(span: Span, written: str) -> tuple[str, str] | None:
+    """Return message and hint of a key that begins with a dash, or goes on with the value."""
+    if item := NO_DASH_SPACE.match(written):
+        return "a space is missing after '-'", f"write `- {item[1]}: `, followed by the value"
+    if (key := NO_COLON.match(written)) is None:
+        return None
+    rest = span.excerpt[_offset(span) + key.start(3) :].strip()
+    message = f"a space is missing after '{key[1]}:'" if key[2] else f"a ':' is missing after '{key[1]}'"
+    return message, f"write `{key[1]}: {rest}`"
+
+
 def _key(reading: Reading, event: yaml.Event, depth: int) -> tuple[str | None, Span]:
     """Read the key that begins with `event`, None if it is not text, and its place."""
     span = _span(reading.page, event)
@@ -668,13 +712,8 @@ def _key(reading: Reading, event: yaml.Event, depth: int) -> tuple[str | None, S
     _report_tag(reading, event, span)
     if not event.style and WIDE_SPACE.search(event.value):
         raise StopReadingError(_wide_space(reading, event))
-    if not event.style and (item := NO_DASH_SPACE.match(event.value)):
-        message, hint = "a space is missing after '-'", f"write `- {item[1]}: `, followed by the value"
-        raise StopReadingError(Diagnostic("SD004", span, message, hint))
-    if not event.style and (key := NO_COLON.match(event.value)):
-        rest = span.excerpt[span.column - span.excerpt_column + key.start(2) :].strip()
-        message, hint = f"a ':' is missing after '{key[1]}'", f"write `{key[1]}: {rest}`"
-        raise StopReadingError(Diagnostic("SD004", span, message, hint))
+    if not event.style and (slip := _slip_in_key(span, event.value)):
+        raise StopReadingError(Diagnostic("SD004", span, *slip))
     if event.anchor is not None:
         reading.report(
             "SD010", span, "anchors on keys are not supported", f"move &{shown(event.anchor)} behind the colon"
@@ -685,6 +724,7 @@ def _key(reading: Reading, event: yaml.Event, depth: int) -> tuple[str | None, S
     if event.value == "<<":
         reading.report("SD010", span, "merge keys are not supported", "repeat the keys here")
     elif trap := key_trap(event.value):
-        remedy = COMMA if _ends_in_comma(span) and event.value[:1].isdigit() else trap.remedy
-        reading.report("SD009", span, f"the key '{shown(event.value)}' {trap.meaning}", remedy)
+        if _ends_in_comma(span) and event.value[:1].isdigit():
+            raise StopReadingError(Diagnostic("SD009", span, COMMA_ENDS, COMMA))
+        reading.report("SD009", span, f"the key '{shown(event.value)}' {trap.meaning}", trap.remedy)
     return event.value, span

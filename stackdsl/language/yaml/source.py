@@ -211,6 +211,7 @@ def decoded(data: bytes, file: str) -> str | Diagnostic:
 def _read(page: Page) -> Loaded:
     reading = Reading(page, yaml.parse(page.text, Loader=YAML_LOADER))
     sources: list[Source] = []
+    before = 0
     try:
         for event in reading.events:
             if isinstance(event, yaml.DocumentStartEvent):
@@ -227,6 +228,7 @@ def _read(page: Page) -> Loaded:
     except StopReadingError as stop:
         reading.diagnostics.append(stop.diagnostic)
     except yaml.MarkedYAMLError as error:
+        del reading.ambiguous[before:]  # they may be keys, in a document without this error
         reading.diagnostics.append(syntax_error(page, error))
     except (ValueError, OverflowError):  # the pure parser raises these for an escape beyond Unicode
         reading.diagnostics.append(Diagnostic("SD004", page.span(*page.last_visible()), *UNKNOWN_ESCAPE))

@@ -25,4 +25,4 @@ POINT = "replace the decimal comma by a point"
 def test_decimal_comma_has_a_remedy(parts: dict[str, str], hint: str) -> None:
     text = BASE.format(**{"head": "", "column": "{levels: 3}", "tail": "", **parts})
     _, mistakes = cases_of(parse(text, "c.yaml"))
-    assert any(mistake.hint.endswith(hint) for mistake in mistakes), mistakes
+    assert any(hint in mistake.hint for mistake in mistakes), mistakes

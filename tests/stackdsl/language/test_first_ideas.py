@@ -79,6 +79,40 @@ def test_a_table_without_units_has_one_message_with_the_options_to_add(stackdsl:
     )
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "parts"),
+    [
+        ("cartons.stl", "solid a\nendsolid\n", ("files of type .stl are not supported", "save it as OBJ")),
+        ("cartons.xlsx", "PK\x03\x04", ("files of type .xlsx are not supported", "save it as CSV")),
+        (
+            "cartons.csv",
+            "a,0,0,0,4,3,2,8\nb,0,0,2,4,3,2,8\n",
+            ("the table has no line of headers", "write one above it"),
+        ),
+        ("cartons.json", '{"a": [1,2', ("the JSON ends too early", "complete it, or export it again")),
+        ("cartons.txt", "some notes\n", ("the format of the file cannot be recognised", "--format: table, ")),
+    ],
+)
+def test_a_file_that_is_no_load_has_one_message(
+    stackdsl: Stackdsl, tmp_path: Path, name: str, text: str, parts: tuple[str, str]
+) -> None:
+    write(tmp_path, text, name)
+    told = stackdsl("import", name, "--point", "corner").err
+    assert all(part in told for part in parts)
+    assert told.count(": SD") == 1
+
+
+def test_a_table_in_another_unit_has_a_warning_with_the_unit_to_try(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, "length,width,height,mass,x,y,z\n400,300,200,8,0,0,0\n", "cartons.csv")
+    units = ("--point", "corner", "--mass", "kg", "--length")
+    told = stackdsl("import", "cartons.csv", *units, "m").err
+    assert "this box has a longest side of 400 m and a density of 3.33e-07 kg/m3, which is implausible" in told
+    assert "with --length mm this side is 0.4 m" in told
+    assert "warning" not in stackdsl("import", "cartons.csv", *units, "mm").err
+    told = stackdsl("import", "cartons.csv", "--point", "centre", "--mass", "kg", "--length", "mm").err
+    assert "so x, y, z are hardly the centre of a box; write --point corner if that is so" in told
+
+
 def test_columns_of_a_warehouse_have_one_message_with_the_headers_to_write(stackdsl: Stackdsl, tmp_path: Path) -> None:
     header = "SSCC,L_mm,W_mm,H_mm,weight_kg,pos_x,pos_y,pos_z\n"
     write(tmp_path, header + "003001,400,300,200,5,0,0,0\n" * 3, "wms.csv")

@@ -133,6 +133,45 @@ def test_variables_that_a_scenario_takes_over_may_be_left_unused() -> None:
     assert [mistake.code for mistake in mistakes()] == ["SD112"]
 
 
+KINDS = "brick_types: {slab: {size: [9 mm, 9 mm, 9 mm], mass: 1 g}}\n"
+
+
+def test_kinds_of_bricks_that_a_scenario_takes_over_may_be_left_unused() -> None:
+    write(base=BASE + KINDS, a="scenario: a\nextends: base.yaml\n")
+    assert len(cases()) == 1
+    write(a=f"scenario: a\nextends: base.yaml\n{KINDS}")
+    assert [str(mistake.span) for mistake in mistakes()] == ["a.yaml:3:15"]
+
+
+def test_a_scenario_that_others_of_its_file_extend_may_offer_kinds_of_bricks_to_them() -> None:
+    write(a=f"{BASE}{KINDS}---\nscenario: a\nextends: {{scenario: base}}\nbrick: slab\n")
+    assert len(cases()) == 2
+
+
+def test_an_included_step_may_use_a_kind_of_brick() -> None:
+    write(_part="build: [{column: {levels: 2}, brick: slab}]", a=f"scenario: a\n{KINDS}build: [include: _part.yaml]\n")
+    assert len(cases()) == 1
+
+
+def test_a_kind_of_brick_that_a_matrix_chooses_is_used() -> None:
+    write(a=f"scenario: a\n{KINDS}matrix: {{kind: [slab, kapla]}}\nbrick: ${{kind}}\nbuild: [column: {{levels: 2}}]\n")
+    assert len(cases()) == 2
+
+
+def test_an_ambiguous_word_in_a_base_of_the_same_file_stops_both_scenarios() -> None:
+    write(a=f"{BASE}description: yes\n---\nscenario: a\nextends: {{scenario: base}}\n")
+    gathered = gather([Path("a.yaml")])
+    assert gathered.cases == ()
+    assert [(mistake.code, mistake.hint) for mistake in gathered.diagnostics] == [("SD009", 'quote it: "yes"')]
+
+
+def test_a_missing_file_is_not_mistaken_for_the_file_that_names_it() -> None:
+    write(a="scenario: a\nbuild: [include: _a.yaml]\n")
+    assert mistakes()[0].hint == "check the path, which is relative to the folder of this file"
+    write(part="build: [column: {levels: 2}]\n", a="scenario: a\nbuild: [include: _part.yaml]\n")
+    assert mistakes()[0].hint == "did you mean 'part.yaml'?"
+
+
 @pytest.mark.parametrize(
     ("name", "words"),
     [

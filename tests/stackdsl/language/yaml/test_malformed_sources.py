@@ -20,7 +20,7 @@ UNSEEN = "is invisible, or changes the appearance of the line"
     ("text", "place", "message"),
     [
         ("a: b: c\n", "1:5", "unexpected ':'; a value cannot contain a second key on this line"),
-        ("a: 1\n b: 2\n", "2:3", "unexpected ':'; a value cannot contain a second key on this line"),
+        ("a: 1\n b: 2\n", "2:2", "`b` is indented by 1 space, and so belongs to no mapping"),
         ("9 ± 1 😀: b: c\n", "1:11", "unexpected ':'; a value cannot contain a second key on this line"),
         ("a: 1\n\tb: 2\n", "2:1", "tabs are not allowed"),
         ("a: 1 \t# aligned\n", "1:6", "tabs are not allowed"),

@@ -238,6 +238,21 @@ def test_invalid_utf8_has_the_place_of_its_first_bad_byte(tmp_path: Path, data: 
     assert marked(loaded.diagnostics[0].span) == "\N{REPLACEMENT CHARACTER}"
 
 
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"\x00\x01PNG", "the file is not a text file"),
+        (b"PK\x03\x04 a workbook", "the file is not a text file"),
+        ("a: 1\n".encode("utf-16"), "the text of the file is UTF-16"),
+    ],
+)
+def test_a_file_of_another_kind_has_one_message(tmp_path: Path, data: bytes, message: str) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_bytes(data)
+    (mistake,) = load(path).diagnostics
+    assert (mistake.code, mistake.message) == ("SD002", message)
+
+
 def test_a_file_is_measured_before_it_is_read(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_bytes("±".encode() * (MAX_BYTES // 2 + 1))
