@@ -26,6 +26,7 @@ Schema: TypeAlias = Mapping[str, Any]
 Keys: TypeAlias = dict[str, tuple[str, str]]  # Python type and description, by key
 Function: TypeAlias = Callable[..., Written]
 
+LISTS: Final = {"layouts": "build", "impacts": "impacts", "claims": "expect"}  # keys of the lists of each module
 TIME: Final = {"at": "when"}  # the time of a step, since some layouts have a position `at`
 NOT_TAKEN: Final = ("repeat", "bricks", "imported")  # Python has loops, and `single_bricks` has the others
 DESCRIPTIONS: Final = {"source": "for a claim under `truth`: the source of the value"}  # of keys without one
@@ -80,10 +81,19 @@ class Words:
         def checked(*what: object, **keys: object) -> Written:
             __tracebackhide__ = True  # pytest shows the line of the caller
             for name in keys.keys() - parameters:
-                raise TypeError(f"{self.name}.{made.__name__} has no key '{name}'; {choice_text(name, parameters)}")
+                remedy = self._home_text(key, name) or choice_text(name, parameters)
+                raise TypeError(f"{self.name}.{made.__name__} has no key '{name}'; {remedy}")
             return made(*what, **keys)
 
         return checked
+
+    def _home_text(self, key: str, name: str) -> str:
+        """Return the remedy for a key that belongs in the mapping of another key; empty for others."""
+        from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+
+        path = (LISTS[self.name], 0, key)
+        homes = [python_name(each) for each in keys_at(path) if name in keys_at((*path, each))]
+        return f"it belongs in {homes[0]}={{'{name}': ...}}" if len(homes) == 1 else ""
 
     def _shape(self, key: str) -> tuple[list[Schema], Keys]:
         """Return the schemas of values that may replace the keys of a kind, and these keys."""

@@ -92,6 +92,7 @@ SCENARIO = Scenario("column", build=[column()])
         (lambda: Scenario("a", build=[column()], expect=[column()]), "a step of building belongs in `build`"),
         (lambda: Scenario("a", build=[column()], **{"expects": ANY}), "argument 'expects'; did you mean 'expect'"),
         (lambda: Scenario("a"), r"such as Scenario\(.tower., build=\[layouts.column\(levels=3\)\]\)"),  # type: ignore[call-arg]
+        (lambda: impacts.throw(bearing="90 deg"), "no key 'bearing'; it belongs in from_={'bearing': ...}"),  # type: ignore[call-arg]
         (lambda: survive(SCENARIO, bearing=36), "did you mean 'bearings'"),  # type: ignore[call-arg]
         (lambda: SCENARIO.play(3), "expected a part of a variant, .* not int"),  # type: ignore[arg-type]
         (lambda: SCENARIO.play().judge("stands"), r"expected a claim, such as claims\.stands\(.all.\)"),  # type: ignore[arg-type]
