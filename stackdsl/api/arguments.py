@@ -6,16 +6,16 @@ from inspect import signature
 from types import UnionType
 from typing import ParamSpec, TypeVar
 
-from stackdsl.diagnostics import meant_choice
+from stackdsl.api.python_remedies import meant_text
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
 
 def with_remedy(remedy: str) -> Callable[[Callable[Parameters, Result]], Callable[Parameters, Result]]:
-    """Return a decorator that adds a remedy to the TypeError for missing or unknown arguments.
+    """Return a decorator that adds a remedy to the TypeError for missing or surplus arguments.
 
-    The remedy for a misspelt keyword is the right one, and `remedy` is that of all other mistakes.
+    The remedy for an unknown keyword is the one that is meant, or all, and `remedy` is that of all other mistakes.
     """
 
     def decorated(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
@@ -28,8 +28,8 @@ def with_remedy(remedy: str) -> Callable[[Callable[Parameters, Result]], Callabl
                 has.bind(*values, **named)
             except TypeError as error:
                 unknown = next((each for each in named if each not in has.parameters), "")
-                meant = meant_choice(unknown, list(has.parameters))
-                raise TypeError(f"{name} {error}; {f'did you mean {meant!r}?' if meant else remedy}") from None
+                told = meant_text(unknown, list(has.parameters)) if unknown else remedy
+                raise TypeError(f"{name}: {error}; {told}") from None
             return function(*values, **named)
 
         return called

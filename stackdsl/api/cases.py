@@ -187,7 +187,8 @@ def some_cases(given: SomeCases) -> tuple[Case, ...]:
 
 
 def _kind(value: object) -> str:
-    return "None" if value is None else f"a {type(value).__name__}"
+    name = type(value).__name__
+    return "None" if value is None else f"{'an' if name.startswith(tuple('aeio')) else 'a'} {name}"
 
 
 def _remedy(value: object) -> str:

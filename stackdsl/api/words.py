@@ -12,9 +12,9 @@ from typing import Any, Final, TypeAlias
 
 from pydantic import BaseModel, TypeAdapter
 
-from stackdsl.api.python_remedies import python_name
+from stackdsl.api.python_remedies import meant_text, python_name
 from stackdsl.api.written import HERE, Part, Written, written
-from stackdsl.diagnostics import choice_text, missing_attribute
+from stackdsl.diagnostics import missing_attribute
 from stackdsl.language.claims.claim import Expectation, Truth
 from stackdsl.language.claims.claim_kind import CLAIMS
 from stackdsl.language.impacts import IMPACTS, Impact
@@ -49,7 +49,7 @@ class Words:
         if name not in self._made:
             key = next((key for key in self._kinds if python_name(key) == name), None)
             if key is None:
-                raise missing_attribute(self.name, name, choice_text(name, self.names()))
+                raise missing_attribute(self.name, name, meant_text(name, self.names()))
             self._made[name] = self._function(key)
         return self._made[name]
 
@@ -81,8 +81,11 @@ class Words:
         def checked(*what: object, **keys: object) -> Written:
             __tracebackhide__ = True  # pytest shows the line of the caller
             for name in keys.keys() - parameters:
-                remedy = self._home_text(key, name) or choice_text(name, parameters)
+                remedy = self._home_text(key, name) or meant_text(name, parameters)
                 raise TypeError(f"{self.name}.{made.__name__} has no key '{name}'; {remedy}")
+            if what and not plain:
+                keywords = ", ".join(f"{each}=" for each in parameters)
+                raise TypeError(f"{self.name}.{made.__name__} takes only keywords; choose from: {keywords}")
             return made(*what, **keys)
 
         return checked

@@ -120,6 +120,8 @@ def test_a_function_of_one_case_takes_a_scenario_of_one_case_and_names_the_cases
         (lambda: SCENARIO, "save", r"write_text\(scenario.to_yaml\(\)\)"),
         (lambda: margins(SCENARIO), "tlit", "choose from: .* tilt"),
         (lambda: stackdsl, "simulate", "did you mean 'play'"),
+        (lambda: impacts, "shoot", "did you mean 'throw'"),
+        (lambda: SCENARIO.cases[0], "run", r"write `play\(case\)`"),
         (lambda: layouts, "colum", r"did you mean 'column'\?$"),
         (lambda: SCENARIO, "plot", r"shows the replay of the run `scenario.play\(\)`"),
         (lambda: SCENARIO, "table", r"write `scenario.play\(\).table`"),
