@@ -15,7 +15,7 @@ Result = TypeVar("Result")
 def with_remedy(remedy: str) -> Callable[[Callable[Parameters, Result]], Callable[Parameters, Result]]:
     """Return a decorator that adds a remedy to the TypeError for missing or surplus arguments.
 
-    The remedy for an unknown keyword is the one that is meant, or all, and `remedy` is that of all other mistakes.
+    The remedy for an unknown keyword is the one that is meant, or else all keywords before `remedy`.
     """
 
     def decorated(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
@@ -28,7 +28,8 @@ def with_remedy(remedy: str) -> Callable[[Callable[Parameters, Result]], Callabl
                 has.bind(*values, **named)
             except TypeError as error:
                 unknown = next((each for each in named if each not in has.parameters), "")
-                told = meant_text(unknown, list(has.parameters)) if unknown else remedy
+                hint = meant_text(unknown, list(has.parameters)) if unknown else ""
+                told = hint if hint.startswith("did you mean") else "; ".join(filter(None, (hint, remedy)))
                 raise TypeError(f"{name}: {error}; {told}") from None
             return function(*values, **named)
 
