@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from time import process_time
 
 from benchmarks.equilibrium_programs import UprightBox, answer, prop_contacts
-from stability.analysis.repair import BrickShift, Piling, Propping, SeveralShifts, Shift
+from stability.analysis.piling import Piling, Shift
+from stability.analysis.repair import BrickShift, Propping, SeveralShifts
 from stability.geometry.box import Box
 from stability.model import BodyId, Brick, Pose
 from stability.problem import Placed, Stability

@@ -1,171 +1,16 @@
 """Searches for repairs of a build that falls: shifts of bricks in plan, and props."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from math import atan2, ceil, copysign, cos, floor, hypot, inf, log10, pi, sin
 from typing import TypeAlias
 
 from stability.analysis.building_order import least_props
+from stability.analysis.piling import EXACT, Piling, Shift, ShiftedBuild
 from stability.analysis.subset_search import OnProgress, Part, Subsets, ignore_progress, props_of
-from stability.contact_law import GivenFriction
-from stability.geometry.box_distance import gap_bridged, reach_between
-from stability.geometry.placed_shape import apart, apart_from_plane
-from stability.geometry.vectors import add, add_scaled, cross, unit
-from stability.model import GROUND, BodyId, Plane, Vec3
+from stability.model import BodyId
 from stability.name_order import in_order
-from stability.problem import UP, Placed, Stability, Tolerances, Verdict
-from stability.statics.assembly import Assembly
-
-# A build whose bricks may be shifted in plan: which of it stands with given shifts.
-#
-# A shifted brick carries the bricks on it along. Shifts are parallel to the ground, or horizontal without ground.
-
-
-EXACT = 1e-4  # share of the contact distance: bodies this near lie on each other, within rounding
-
-Shift: TypeAlias = tuple[float, float]  # parallel to the ground, towards +x and +y [m]
-
-
-@dataclass(frozen=True, slots=True)
-class Piling:
-    """Build: groups of bricks placed together in order, fixed bodies, and removals."""
-
-    planes: Sequence[Plane]
-    friction: GivenFriction
-    gravity: float
-    stages: Sequence[Sequence[Placed]]
-    pulled: Mapping[int, Sequence[BodyId]] = field(default_factory=dict)  # by the number of the next stage
-    tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
-
-    @property
-    def bricks(self) -> list[Placed]:
-        """Return all bricks of all stages."""
-        return [placed for stage in self.stages for placed in stage]
-
-    def states(self) -> Iterator[frozenset[BodyId]]:
-        """Yield the present bricks after each placement or removal."""
-        there: frozenset[BodyId] = frozenset()
-        for turn, stage in enumerate(self.stages):
-            if turn in self.pulled:
-                there -= frozenset(self.pulled[turn])
-                yield there
-            if stage:
-                there |= {placed.brick.id for placed in stage}
-                yield there
-
-    def there(self, turn: int) -> frozenset[BodyId]:
-        """Return the bricks present at a stage."""
-        removed = {name for before, names in self.pulled.items() if before <= turn for name in names}
-        return frozenset(placed.brick.id for stage in self.stages[: turn + 1] for placed in stage) - removed
-
-    def carried(self) -> dict[BodyId, frozenset[BodyId]]:
-        """Return each brick with all bricks that rest on it."""
-        whole = self.whole()
-        return {name: frozenset(whole.with_all_above([name])) for name in whole.bricks}
-
-    def whole(self) -> Assembly:
-        """Return an assembly of all bricks of all stages."""
-        whole = self.assembly()
-        whole.add_all(self.bricks, names_smallest=False)
-        return whole
-
-    def assembly(self) -> Assembly:
-        """Return an assembly of the fixed bodies only."""
-        return Assembly(self.planes, self.friction, self.gravity, self.tolerances, overlap=inf)
-
-    def shifted(self, shifts: Mapping[BodyId, Shift]) -> "Piling":
-        """Return the same build with each brick moved by the sum of its shifts."""
-        along, across = self._axes()
-
-        def moved(placed: Placed) -> Placed:
-            if placed.brick.id not in shifts:
-                return placed
-            x, y = shifts[placed.brick.id]
-            position = add_scaled(add_scaled(placed.pose.position_W, x, along), y, across)
-            return replace(placed, pose=replace(placed.pose, position_W=position))
-
-        return replace(self, stages=[[moved(placed) for placed in stage] for stage in self.stages])
-
-    def way(self, shift: Shift) -> Vec3:
-        """Return a shift as a vector in W [m]."""
-        along, across = self._axes()
-        return add(add_scaled((0.0, 0.0, 0.0), shift[0], along), add_scaled((0.0, 0.0, 0.0), shift[1], across))
-
-    def _axes(self) -> tuple[Vec3, Vec3]:
-        normal = next((plane.normal_W for plane in self.planes if plane.id == GROUND), UP)
-        across = unit(cross(normal, (1.0, 0.0, 0.0)))
-        return cross(across, normal), across
-
-    def falls_at_once(self) -> bool:
-        """Return whether the final bricks, placed together, are proven to fall.
-
-        Then the build falls at the last stage or before.
-        """
-        assembly = self.assembly()
-        removed = {name for names in self.pulled.values() for name in names}
-        last = [placed for placed in self.bricks if placed.brick.id not in removed]
-        return assembly.add_all(last, names_smallest=False).stability is Stability.UNSTABLE
-
-    def first_fall(self, upto: int | None = None, *, names_smallest: bool = False) -> tuple[int, Verdict] | None:
-        """Return the first of `upto` stages at which not all bricks stand, and its verdict; None if all stand.
-
-        With `names_smallest` the verdict names the smallest falling set that is found, which takes seconds for a heap.
-        """
-        assembly = self.assembly()
-        for turn, stage in enumerate(self.stages[:upto]):
-            if turn in self.pulled:
-                verdict = assembly.remove(self.pulled[turn], names_smallest=names_smallest)
-                if verdict.stability is not Stability.STABLE:
-                    return turn, verdict
-            if stage:
-                verdict = assembly.add_all(stage, names_smallest=names_smallest)
-                if verdict.stability is not Stability.STABLE:
-                    return turn, verdict
-        return None
-
-    def touching(self) -> frozenset[tuple[BodyId, BodyId]]:
-        """Return all touching pairs, the lower body first."""
-        return frozenset((contact.lower, contact.upper) for contact in self.whole().all_contacts())
-
-    def crowds(self, moved: frozenset[BodyId], touching: frozenset[tuple[BodyId, BodyId]]) -> bool:
-        """Return whether a moved brick overlaps another body or grazes one that it did not touch before.
-
-        A grazing contact counts as contact and might be the only support of the brick.
-        """
-        moving = [placed for placed in self.bricks if placed.brick.id in moved]
-        others = [placed for placed in self.bricks if placed.brick.id not in moved]
-        times = self._times()
-
-        def meet(one: Placed, other: Placed) -> bool:
-            (come, go), (other_come, other_go) = times[one.brick.id], times[other.brick.id]
-            return come < other_go and other_come < go
-
-        return any(meet(a, b) and self._crowds(a, b, touching) for a in moving for b in others) or any(
-            apart_from_plane(one.brick.shape, one.pose, plane).gap < -reach_between(one.brick.shape.least_thickness)
-            for one in moving
-            for plane in self.planes
-        )
-
-    def _times(self) -> dict[BodyId, tuple[int, int]]:
-        """Return the stage at which each brick is placed, and the stage before which it is removed."""
-        removal_of = {name: turn for turn, names in self.pulled.items() for name in names}
-        return {
-            placed.brick.id: (turn, removal_of.get(placed.brick.id, len(self.stages)))
-            for turn, stage in enumerate(self.stages)
-            for placed in stage
-        }
-
-    def _crowds(self, one: Placed, other: Placed, touching: frozenset[tuple[BodyId, BodyId]]) -> bool:
-        reach = one.brick.shape.bounding_radius + other.brick.shape.bounding_radius
-        near = zip(one.pose.position_W, other.pose.position_W, strict=True)
-        if any(abs(a - b) > reach for a, b in near):
-            return False
-        deep = reach_between(one.brick.shape.least_thickness, other.brick.shape.least_thickness)
-        between = apart(one.brick.shape, one.pose, other.brick.shape, other.pose)
-        bridged = gap_bridged(deep, between.normal_BA_W[2], self.tolerances.within)  # less beside a brick than below it
-        pairs = {(one.brick.id, other.brick.id), (other.brick.id, one.brick.id)}
-        grazes = abs(between.gap) > EXACT * deep and between.gap <= bridged
-        return between.gap < -deep or (grazes and not pairs & touching)
+from stability.problem import Stability, Verdict
 
 
 def bearing_shift(length: float, bearing: float) -> Shift:
@@ -224,6 +69,7 @@ def _stands(parts: Subsets, part: Part) -> bool:
 BEARINGS = 16
 STEPS = (0.002, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5, 0.75, 1.0)  # times the longest side of the brick
 CLOSE = 1e-6  # relative width of the bracket between a failing and a sufficient shift
+BEYOND = 0.2  # of that width: distance of a shift that is expected to suffice from the expected limit
 TURN = 0.02  # [rad] between two limits that give the direction of the border
 LONGER = 1.1  # times the limit at a bearing: the limit beside it is at most this
 TURNS = 3
@@ -234,6 +80,9 @@ DIGITS = 4  # of a shift as shown to users, if the rounded shift stands
 MOST_AT_ONCE = 12  # shifts of bricks together
 SIDES = 24  # bearings of the ring
 RING = 0.97  # of the shift: this length is shown to be too short along the ring
+
+
+_Limit: TypeAlias = tuple[float, float, float]  # a failing and a sufficient shift, close to each other, and the bearing
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,8 +115,8 @@ class Shifting:
         """Store the build; `on_verdict` is called after each verdict."""
         self.piling = piling
         self.carried = piling.carried()
-        self.touching = piling.touching()
         self.verdict_count = 0
+        self._build = ShiftedBuild(piling)
         self._on_verdict = on_verdict
         self._lengths = {placed.brick.id: placed.brick.shape.length for placed in piling.bricks}
 
@@ -275,20 +124,35 @@ class Shifting:
         """Return whether the build stands with these bricks and their load moved; None if undecided or impossible."""
         self.verdict_count += 1
         self._on_verdict()
+        sums = self._sums(shifts)
+        ways = {name: self.piling.way(shift) for name, shift in sums.items()}
+        if any(self._build.crowds(self.carried[brick], ways) for brick in shifts):
+            return None
+        end = len(self.piling.stages)
+        if self._build.falls_again(ways, end if upto is None else upto - 1):
+            return False
+        moved = self.piling.shifted(sums)
+        if upto is None:  # cheap, and decides most other trials
+            verdict = moved.verdict_at_once()
+            if verdict.stability is Stability.UNSTABLE:
+                self._build.add_fall(end, ways, verdict.motion)
+                return False
+        fall = moved.first_fall(upto)
+        if fall is None:
+            return True
+        if fall[1].stability is not Stability.UNSTABLE:
+            return None
+        self._build.add_fall(fall[0], ways, fall[1].motion)
+        return False
+
+    def _sums(self, shifts: Mapping[BodyId, Shift]) -> dict[BodyId, Shift]:
+        """Return the shift of each brick, which is carried along by those below."""
         sums: dict[BodyId, Shift] = {}
         for brick, (x, y) in shifts.items():
             for name in self.carried[brick]:
                 ox, oy = sums.get(name, (0.0, 0.0))
                 sums[name] = ox + x, oy + y
-        moved = self.piling.shifted(sums)
-        if any(moved.crowds(self.carried[brick], self.touching) for brick in shifts):
-            return None
-        if upto is None and moved.falls_at_once():  # cheap, and decides most trials
-            return False
-        fall = moved.first_fall(upto)
-        if fall is None:
-            return True
-        return False if fall[1].stability is Stability.UNSTABLE else None
+        return sums
 
     def least(
         self, brick: BodyId, others: Mapping[BodyId, Shift], upto: int | None = None, most: float | None = None
@@ -300,76 +164,91 @@ class Shifting:
             x, y = bearing_shift(length, bearing)
             return self.stands({**others, brick: (ox + x, oy + y)}, upto)
 
+        def end(bearing: float) -> float:
+            return self._build.end_of_fall(self.carried[brick], self.piling.way(bearing_shift(1.0, bearing)))
+
         bearings = [2.0 * pi * turn / BEARINGS for turn in range(BEARINGS)]
         fails = dict.fromkeys(bearings, 0.0)
         for step in STEPS:
             length = step * self._lengths[brick]
             if most is not None and fails and min(fails.values()) > most:
                 break
-            halved = []
-            for bearing in bearings:
-                held = holds(length, bearing)
-                if held:
-                    halved.append(self._halved(fails[bearing], length, bearing, holds))
-                elif held is False:
-                    fails[bearing] = length
-            if halved:
-                low, high, bearing = self._turned(min(halved, key=lambda each: each[1]), holds)
+            answers = {bearing: holds(length, bearing) for bearing in bearings}
+            if any(answers.values()):
+                sufficient = [bearing for bearing, answer in answers.items() if answer]
+                best = self._turned(self._narrowed(fails, length, sufficient, holds, end), holds, end)
                 # Along a side it is longer, but one number tells where to move the brick.
-                sides = [quarter for quarter in QUARTERS if holds(NEARLY * high, quarter)]
-                along = [self._halved(0.0, NEARLY * high, quarter, holds) for quarter in sides]
-                ring = sum(holds(RING * high, 2.0 * pi * turn / SIDES) is False for turn in range(SIDES))
-                if along:
-                    low, high, bearing = min(along, key=lambda each: each[1])
+                sides = [quarter for quarter in QUARTERS if holds(NEARLY * best[1], quarter)]
+                ring = sum(holds(RING * best[1], 2.0 * pi * turn / SIDES) is False for turn in range(SIDES))
+                if sides:
+                    best = self._narrowed(dict.fromkeys(sides, 0.0), NEARLY * best[1], sides, holds, end)
                 else:
-                    low, high, bearing = self._shortened(low, high, bearing, holds)
+                    best = self._shortened(best, holds, end)
+                low, high, bearing = best
                 shift = bearing_shift(high, bearing)
                 longer = _longer(shift)
                 held = hypot(*longer) <= self._lengths[brick] and self.stands(
                     {**others, brick: (ox + longer[0], oy + longer[1])}, upto
                 )
                 return BrickShift(brick, longer if held else shift, low, ring)
+            fails.update({bearing: length for bearing, answer in answers.items() if answer is False})
         return None
 
     @staticmethod
-    def _halved(
-        fails: float, held: float, bearing: float, holds: Callable[[float, float], bool | None]
-    ) -> tuple[float, float, float]:
-        """Return a failing and a sufficient shift along a bearing, close to each other, and the bearing."""
-        low = fails  # the least shift known to be too short, by a fall or by another body in the way
+    def _narrowed(
+        fails: dict[float, float],
+        held: float,
+        bearings: Sequence[float],
+        holds: Callable[[float, float], bool | None],
+        end: Callable[[float], float] = lambda _: inf,
+    ) -> _Limit:
+        """Return the least sufficient shift along some bearings, close to a failing one, and its bearing.
+
+        `fails` has the longest failing shift of each bearing. `end` returns by how much a fall along a bearing, just
+        proven, would continue. Only the bearings that hold where another one holds are searched further.
+        """
+        # the least shift that is known to be too short, by a fall or by another body in the way
+        low, guess = min(fails[bearing] for bearing in bearings), inf
         while held - low > 0.5 * CLOSE * held:
-            middle = 0.5 * (low + held)
-            answer = holds(middle, bearing)
-            if answer:
-                held = middle
+            is_guess = low < guess < held
+            middle = guess if is_guess else 0.5 * (low + held)
+            holding, guess = [], inf
+            for bearing in bearings:
+                answer = holds(middle, bearing)
+                if answer:
+                    holding.append(bearing)
+                elif answer is False:
+                    fails[bearing] = middle
+                    guess = min(guess, middle + end(bearing) + BEYOND * CLOSE * middle)
+            if holding:
+                held, bearings, guess = middle, holding, middle * (1.0 - 2.0 * BEYOND * CLOSE) if is_guess else inf
             else:
                 low = middle
-                fails = middle if answer is False else fails
-        return fails, held, bearing
+        return fails[bearings[0]], held, bearings[0]
 
     def _turned(
-        self, best: tuple[float, float, float], holds: Callable[[float, float], bool | None]
-    ) -> tuple[float, float, float]:
+        self, best: _Limit, holds: Callable[[float, float], bool | None], end: Callable[[float], float]
+    ) -> _Limit:
         """Return the same for a better bearing, if there is one nearby."""
         for _ in range(TURNS):
             _, length, bearing = best
             beside = next((turn for turn in (bearing + TURN, bearing - TURN) if holds(LONGER * length, turn)), None)
             if beside is None:
                 break
-            other = self._halved(0.0, LONGER * length, beside, holds)
+            other = self._narrowed({beside: 0.0}, LONGER * length, [beside], holds, end)
             turned = _foot(bearing_shift(length, bearing), bearing_shift(*other[1:]))
             if not holds(length, turned):
                 best = min(best, other, key=lambda each: each[1])
                 break
-            tried = self._halved(0.0, length, turned, holds)
+            tried = self._narrowed({turned: 0.0}, length, [turned], holds, end)
             if tried[1] > length * (1.0 - CLOSE):
                 break
             best = tried
         return best
 
     def _shortened(
-        self, fails: float, held: float, bearing: float, holds: Callable[[float, float], bool | None]
-    ) -> tuple[float, float, float]:
+        self, best: _Limit, holds: Callable[[float, float], bool | None], end: Callable[[float], float]
+    ) -> _Limit:
         """Return the same for a shift whose parts along the axes are as short as each alone can be.
 
         Over a corner, two limits meet, and the shortest shift is at right angles to neither.
@@ -378,14 +257,19 @@ class Shifting:
         def at(shift: Shift) -> bool | None:
             return holds(hypot(*shift), atan2(shift[1], shift[0]))
 
+        def least_share(at_share: Callable[[float], Shift]) -> float:
+            if at(at_share(0.0)):
+                return 0.0
+            return self._narrowed({0.0: 0.0}, 1.0, [0.0], lambda share, _: at(at_share(share)))[1]
+
+        _, held, bearing = best
         x, y = bearing_shift(held, bearing)
-        shorter_x = self._halved(0.0, 1.0, 0.0, lambda share, _: at((share * x, y)))[1]
-        shorter_y = self._halved(0.0, 1.0, 0.0, lambda share, _: at((x, share * y)))[1]
-        best = min(((shorter_x * x, y), (x, shorter_y * y)), key=lambda each: hypot(*each))
-        length, turned = hypot(*best), atan2(best[1], best[0])
+        shorter = (least_share(lambda share: (share * x, y)) * x, y), (x, least_share(lambda share: (x, share * y)) * y)
+        shortest = min(shorter, key=lambda each: hypot(*each))
+        length, turned = hypot(*shortest), atan2(shortest[1], shortest[0])
         if length > held * (1.0 - NEAR) or not holds(length, turned):
-            return fails, held, bearing
-        return self._halved(0.0, length, turned, holds)
+            return best
+        return self._narrowed({turned: 0.0}, length, [turned], holds, end)
 
     def candidates(self, turn: int, verdict: Verdict) -> list[BodyId]:
         """Return the bricks whose shift could change a fall at a stage: moving ones, neighbours, bricks above."""
@@ -414,12 +298,7 @@ class Shifting:
         return None
 
     def _first_fall(self, shifts: Mapping[BodyId, Shift]) -> tuple[int, Verdict] | None:
-        sums: dict[BodyId, Shift] = {}
-        for brick, (x, y) in shifts.items():
-            for name in self.carried[brick]:
-                ox, oy = sums.get(name, (0.0, 0.0))
-                sums[name] = ox + x, oy + y
-        return self.piling.shifted(sums).first_fall()
+        return self.piling.shifted(self._sums(shifts)).first_fall()
 
     def _shrunk(self, shifts: Mapping[BodyId, Shift]) -> SeveralShifts | None:
         """Return the necessary ones of some shifts, reduced by the same factor as far as the build stands."""
@@ -434,7 +313,7 @@ class Shifting:
         def holds(share: float, _: float) -> bool | None:
             return self.stands({name: (share * x, share * y) for name, (x, y) in needed.items()})
 
-        low, high, _ = self._halved(0.0, 1.0, 0.0, holds)
+        low, high, _ = self._narrowed({0.0: 0.0}, 1.0, [0.0], holds)
         least = {name: (high * x, high * y) for name, (x, y) in needed.items()}
         longer = {name: _longer(shift) for name, shift in least.items()}
         return SeveralShifts(list((longer if self.stands(longer) else least).items()), low / high)

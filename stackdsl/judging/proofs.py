@@ -7,8 +7,8 @@ from math import cos, inf
 from stability.analysis.acceleration_margin import acceleration, tilt
 from stability.analysis.bearings import Survived, by_bearing
 from stability.analysis.margins import least_friction
+from stability.analysis.piling import Piling
 from stability.analysis.placement_margin import placement
-from stability.analysis.repair import Piling
 from stability.analysis.uniqueness import outcome
 from stability.analysis.weakest import (
     Apart,

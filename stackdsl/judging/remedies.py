@@ -6,7 +6,8 @@ from math import floor, inf, log10
 from typing import Final, TypeAlias
 
 from stability.analysis.margins import Counterweight, counterweight, least_friction
-from stability.analysis.repair import BrickShift, Piling, Propping, SeveralShifts, Shifting, propping
+from stability.analysis.piling import Piling
+from stability.analysis.repair import BrickShift, Propping, SeveralShifts, Shifting, propping
 from stability.contact_law import Friction, as_friction
 from stability.model import BodyId
 from stability.problem import Placed, Stability, Verdict

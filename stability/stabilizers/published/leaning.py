@@ -236,11 +236,16 @@ def smallest_side(engine: Engine, brick: BodyId) -> float | None:
     return None if shape is None else shape.least_thickness
 
 
+def neighbours(engine: Engine, brick: BodyId) -> Sequence[BodyId]:
+    """Return the bodies near enough to touch a brick."""
+    return engine.neighbours(brick, reach_of(engine.shape(brick)))
+
+
 def touching_areas(engine: Engine, brick: BodyId, surfaces: LeaningFrictions) -> Sequence[LeaningArea]:
     """Return the contact areas of a brick with bodies that do not lie on it; none near an unsupported shape."""
     bodies = engine.masses().keys() | engine.fixed()
     shape = engine.shape(brick)
-    near = engine.neighbours(brick, reach_of(shape))
+    near = neighbours(engine, brick)
     if not bodies.issuperset(near):
         return ()
     states = engine.states([brick, *near])

@@ -8,7 +8,8 @@ from math import cos, hypot, radians, sin
 import pytest
 
 from benchmarks.random_piles import mended, piles
-from stability.analysis.repair import CLOSE, SIDES, Piling, Shifting, propping
+from stability.analysis.piling import Piling
+from stability.analysis.repair import CLOSE, SIDES, Shifting, propping
 from stability.geometry.box import Box
 from stability.model import Brick, Pose
 from stability.problem import Placed
