@@ -22,6 +22,7 @@ from stability.analysis.acceleration_cut import (
     proven_distance,
     shaken,
 )
+from stability.analysis.symmetry import Symmetry, symmetries
 from stability.geometry.polygons import Point2, hull
 from stability.geometry.rows import Array, Indices
 from stability.model import BodyId
@@ -435,8 +436,10 @@ NOTHING = 1e-7  # [g] a smaller margin counts as zero
 ALIKE = 1e-6  # relative difference that mechanisms or groups need, so that rounding does not choose which one is named
 INEXACT = 1e-4  # relative error of the distance of a cut by the solver
 ROUND = 0.9  # share of the friction at which everything slides: a smaller margin needs few chords
+IMAGE = 1e-3  # [rad] from the next direction to the image of a solved one that is as good
 SAME_BEARING = 6  # digits of a bearing [rad]
 NODES = (4, 8)  # numbers of headings through which forces are interpolated
+ROUNDED = 0.7  # [rad] a wider arc probably spans a corner, and interpolation costs as much as two directions
 WIDEST = 3.0  # [rad] the widest arc that they interpolate
 NEAR = 0.02  # share of an arc; a direction this near to one of its ends adds nothing
 
@@ -512,9 +515,14 @@ def _of_one_group(
         return None
     first = _facing(problem)
     sliding = slide(case, 0.0)  # alike in all directions: any direction is the worst
-    solved = [heading(case, first + quarter * pi / 2.0) for quarter in range(4)]
+    images = symmetries(case)
+    solved: list[Heading] = []
+    for quarter in range(4):
+        angle = first + quarter * pi / 2.0
+        solved.append(_image(case, images, solved, angle) or heading(case, angle))
     arcs = [_Arc(a, b) for a, b in pairwise([*solved, solved[0]])]
     middles: dict[float, Array] = {}
+    widest = ROUNDED  # of an arc along which interpolation is tried; each failure halves it
     while True:
         nearest = _nearest(case, solved, sliding)
         upper = distance_of(nearest)
@@ -526,11 +534,25 @@ def _of_one_group(
         is_round = sliding is not None and upper >= ROUND * sliding.distance
         middle = arc.start.angle + 0.5 * arc.width
         slides = is_round and hold_along(case, enough, middle, arc.width)
-        if slides or _is_smooth(arcs, weakest, case, enough, middles):
+        tries = not slides and arc.width <= widest
+        if slides or (tries and _is_smooth(arcs, weakest, case, enough, middles)):
             arcs[weakest] = replace(arc, smooth=enough)
         else:
-            solved.append(heading(case, _next(arc, nearest)))
+            widest = 0.5 * arc.width if tries else widest
+            angle = _next(arc, nearest)
+            solved.append(_image(case, images, solved, angle) or heading(case, angle))
             arcs[weakest : weakest + 1] = [_Arc(arc.start, solved[-1]), _Arc(solved[-1], arc.end)]
+
+
+def _image(
+    case: AcceleratedProblem, images: Sequence[Symmetry], solved: Sequence[Heading], angle: float
+) -> Heading | None:
+    """Return the proven image of a solved direction at an angle; None if there is none."""
+    for symmetry in images:
+        for one in solved:
+            if abs((symmetry.angle(one.angle) - angle + pi) % (2.0 * pi) - pi) <= IMAGE:
+                return symmetry.image(case, one, symmetry.angle(one.angle))
+    return None
 
 
 def _nearest(case: AcceleratedProblem, solved: Sequence[Heading], sliding: Cut | None) -> Cut | None:

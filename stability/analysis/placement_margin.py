@@ -1,7 +1,7 @@
 """Finds the largest placement error that all bricks may have at once before a verdict changes."""
 
 from collections import defaultdict
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from math import atan2, degrees, hypot, inf, radians
 from typing import Any, TypeAlias
@@ -129,6 +129,7 @@ BALANCED = 1e-9  # accepted residual as a share of the load capacity: rounding
 NOTICED = 1e-6  # share of the reach of a contact: an error that stands out from rounding
 ALIKE = 1e-5  # share by which a border may have more left than the worst one and still limit equally
 DIGITS = 3  # of a bearing in degrees: with more, rounding would tell one direction twice
+AT_ONCE = 64  # bricks whose displacements are answered at once, which limits memory
 FURTHEST = 1e3  # half diagonals; loads that can be displaced so far can be displaced without limit
 
 
@@ -155,7 +156,8 @@ class Recourse:
     unit: Array  # (patches, 2) units of the force [N] and of the lever arms [m] of each patch
     balance: Sparse  # (3 bricks, 3 patches) vertical force and first moments on a brick from those of a patch
     loads: Array  # (bricks, 3)
-    answer: Array  # (3 patches, 3 bricks): `balance @ answer = -1`
+    solve: Callable[[Array], Array]  # of `balance @ balance.T`, whose inverse gives the rule
+    by_moments: Array  # (3 bricks, 2 bricks) columns of this inverse: for both moments on each brick
     planar: NDArray[np.bool_]  # (bricks,) which bricks carry patches with them
     on_plane: Sparse  # (planar bricks, 3 patches) vertical force on such a brick from the patches that move with it
 
@@ -174,43 +176,46 @@ def recourse(problem: Problem, patches: Sequence[PlanPatch]) -> Recourse | None:
         for body, sign in ((patch.upper, 1.0), (patch.lower, -1.0)):
             if body in number:
                 i = number[body]
-                block = _block(problem, patch, body, unit[k], (force[i], length[i]))
-                balance.put(3 * i, 3 * k, sign * block)
+                block = _block(problem, patch, body, unit[k], (sign * force[i], length[i]))
+                balance.put(3 * i, 3 * k, block)
                 if patch.moving:
-                    on_plane.put(i, 3 * k, sign * block[:1, :1])
+                    on_plane.put(i, 3 * k, [block[0][:1]])
     columns = 3 * len(patches)
     rows = balance.matrix(3 * len(names), columns)
-    answer = _solved(rows)
-    if answer is None:
+    answers = _solved(rows)
+    if answers is None:
         return None
     of_planes = on_plane.matrix(len(names), columns)
     planar = np.diff(of_planes.indptr) > 0
     loads = _loads(problem, names, force, length)
-    return Recourse(names, patches, force, length, unit, rows, loads, answer, planar, of_planes[planar])
+    return Recourse(names, patches, force, length, unit, rows, loads, *answers, planar, of_planes[planar])
 
 
 class _Entries:
-    """Sparse matrix of dense blocks: a brick touches few others, so nearly all entries are zero."""
+    """Sparse matrix of dense blocks of one shape: a brick touches few others, so nearly all entries are zero."""
 
     def __init__(self) -> None:
-        self._blocks: list[tuple[int, int, Array]] = []
+        self._rows: list[int] = []
+        self._columns: list[int] = []
+        self._blocks: list[Sequence[Sequence[float]]] = []
 
-    def put(self, row: int, column: int, block: Array) -> None:
+    def put(self, row: int, column: int, block: Sequence[Sequence[float]]) -> None:
         """Add a block with its first row and column."""
-        self._blocks.append((row, column, block))
+        self._rows.append(row)
+        self._columns.append(column)
+        self._blocks.append(block)
 
     def matrix(self, rows: int, columns: int) -> Sparse:
         """Return the matrix of all blocks, by row."""
         from scipy.sparse import csr_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
-        places = [np.indices(block.shape) for _, _, block in self._blocks]
-        of_rows = [row + place[0].ravel() for place, (row, _, _) in zip(places, self._blocks, strict=True)]
-        of_columns = [column + place[1].ravel() for place, (_, column, _) in zip(places, self._blocks, strict=True)]
-        values = [block.ravel() for _, _, block in self._blocks]
-        if not values:
+        if not self._blocks:
             return csr_matrix((rows, columns))
-        entries = np.concatenate(values), (np.concatenate(of_rows), np.concatenate(of_columns))
-        return csr_matrix(entries, shape=(rows, columns))
+        blocks = np.array(self._blocks, dtype=float)
+        down, along = np.indices(blocks.shape[1:])
+        of_rows = np.array(self._rows)[:, None, None] + down
+        of_columns = np.array(self._columns)[:, None, None] + along
+        return csr_matrix((blocks.ravel(), (of_rows.ravel(), of_columns.ravel())), shape=(rows, columns))
 
 
 def _units(patch: PlanPatch, number: dict[BodyId, int], force: Array) -> tuple[float, float]:
@@ -218,14 +223,18 @@ def _units(patch: PlanPatch, number: dict[BodyId, int], force: Array) -> tuple[f
     return force[number[held]], patch.reach
 
 
-def _block(problem: Problem, patch: PlanPatch, body: BodyId, unit: Array, scale: tuple[float, float]) -> Array:
+def _block(
+    problem: Problem, patch: PlanPatch, body: BodyId, unit: Array, scale: tuple[float, float]
+) -> list[list[float]]:
     """Return scaled vertical force and first moments about a brick's centre from those of a patch about its centre."""
     x, y, _ = problem.bricks[body].pose.position_W
     (px, py), arm = patch.centre, scale[1]
-    reach = unit[1] / arm
-    rows = [[1.0, 0.0, 0.0], [(px - x) / arm, reach, 0.0], [(py - y) / arm, 0.0, reach]]
-    block: Array = np.array(rows) * (unit[0] / scale[0])
-    return block
+    lever, force = unit[1] / arm, unit[0] / scale[0]
+    return [
+        [force, 0.0, 0.0],
+        [force * (px - x) / arm, force * lever, 0.0],
+        [force * (py - y) / arm, 0.0, force * lever],
+    ]
 
 
 def _loads(problem: Problem, names: Sequence[BodyId], force: Array, length: Array) -> Array:
@@ -236,20 +245,32 @@ def _loads(problem: Problem, names: Sequence[BodyId], force: Array, length: Arra
     return loads
 
 
-def _solved(balance: Sparse) -> Array | None:
-    """Return minus the pseudo-inverse; None if a row cannot be balanced."""
+def _solved(balance: Sparse) -> tuple[Callable[[Array], Array], Array] | None:
+    """Return the solver of the squared balance, and the columns of its inverse; None if a row cannot be balanced."""
     from scipy.sparse.linalg import splu  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     squared = (balance @ balance.T).tocsc()
-    each = np.eye(len(squared.indptr) - 1)
+    rows = len(squared.indptr) - 1
     try:
         factors = splu(squared)
     except RuntimeError:  # the matrix is singular
         return None
-    inverse = factors.solve(each)
-    inverse += factors.solve(each - squared @ inverse)  # one step of iterative refinement
-    answer: Array = -(balance.T @ inverse)
-    return answer if np.abs(balance @ answer + each).max(initial=0.0) < BALANCED else None
+
+    def solve(wanted: Array) -> Array:
+        solution = factors.solve(wanted)
+        refined: Array = solution + factors.solve(wanted - squared @ solution)  # one step of iterative refinement
+        return refined
+
+    by_moments = np.empty((rows, rows // 3 * 2))
+    for first in range(0, rows, 3 * AT_ONCE):
+        columns = np.arange(first, min(first + 3 * AT_ONCE, rows))
+        each = np.zeros((rows, len(columns)))
+        each[columns, columns - first] = 1.0
+        inverse = solve(each)
+        if not np.abs(squared @ inverse - each).max(initial=0.0) < BALANCED:
+            return None
+        by_moments[:, first // 3 * 2 : columns[-1] // 3 * 2 + 2] = inverse[:, columns % 3 > 0]
+    return solve, by_moments
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -264,24 +285,35 @@ class _Edges:
 
 
 def _edges(rule: Recourse, error: float) -> _Edges:
-    patch = np.concatenate([np.full(len(p.depth), k) for k, p in enumerate(rule.patches)]).astype(np.int64)
-    entries, edge = _Entries(), 0
-    for k, p in enumerate(rule.patches):
-        depth = (p.depth - (0.0 if p.moving else error)) / rule.unit[k, 1]
-        entries.put(edge, 3 * k, np.column_stack([depth, p.inward]))
-        edge += len(depth)
-    rows = entries.matrix(len(patch), 3 * len(rule.patches))
-    effects = _lengths(rule, rows @ rule.answer)
-    return _Edges(patch, rows, effects[:, ~rule.planar] @ np.abs(rule.loads[~rule.planar, 0]), effects[:, rule.planar])
+    from scipy.sparse import csr_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    patch = np.repeat(np.arange(len(rule.patches)), [len(p.depth) for p in rule.patches])
+    fixed = np.array([0.0 if p.moving else error for p in rule.patches])[patch]
+    depth = (np.concatenate([p.depth for p in rule.patches] or [np.zeros(0)]) - fixed) / rule.unit[patch, 1]
+    entries = np.column_stack([depth, np.concatenate([p.inward for p in rule.patches] or [np.zeros((0, 2))])])
+    of_columns = 3 * patch[:, None] + np.arange(3)
+    starts = 3 * np.arange(len(patch) + 1)
+    rows = csr_matrix((entries.ravel(), of_columns.ravel(), starts), shape=(len(patch), 3 * len(rule.patches)))
+    return _Edges(patch, rows, *_effects(rule, rows))
 
 
-def _lengths(rule: Recourse, of_moments: Array) -> Array:
-    """Return (rows, bricks): the largest change of each row if a unit force on a brick moves by 1 m in plan.
+def _effects(rule: Recourse, rows: Sparse) -> tuple[Array, Array]:
+    """Return the largest changes of rows of patch forces if loads move by 1 m in plan.
 
-    `of_moments` (rows, 3 bricks) holds the responses of the rows to vertical loads and to moments.
+    The first result (rows,) is for the loads of all bricks that are not on a plane together; the second (rows, planar
+    bricks) is for a unit force on each of the others.
     """
-    pairs = of_moments.reshape(len(of_moments), of_moments.shape[1] // 3, 3)[:, :, 1:]
-    return np.hypot(pairs[:, :, 0], pairs[:, :, 1]) / rule.length
+    through, bricks = rows @ rule.balance.T, len(rule.names)
+    of_loads, of_each = np.zeros(rows.shape[0]), np.zeros((rows.shape[0], bricks - int(np.sum(~rule.planar))))
+    weights, place = np.where(rule.planar, 0.0, np.abs(rule.loads[:, 0])), np.cumsum(rule.planar) - 1
+    for first in range(0, bricks, AT_ONCE):
+        some = np.arange(first, min(first + AT_ONCE, bricks))
+        moments = through @ rule.by_moments[:, 2 * first : 2 * some[-1] + 2]
+        lengths = np.hypot(moments[:, 0::2], moments[:, 1::2]) / rule.length[some]
+        of_loads += lengths @ weights[some]
+        on_planes = rule.planar[some]
+        of_each[:, place[some[on_planes]]] = lengths[:, on_planes]
+    return of_loads, of_each
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -315,10 +347,9 @@ def _frictional(rule: Recourse, problem: Problem, error: float) -> _Frictional:
             x, y, z = (a - b for a, b in zip(point, problem.bricks[body].pose.position_W, strict=True))
             arm = rule.length[i]
             scale = sign * rule.unit[k, 0] / rule.force[i]
-            up = np.array([[1.0, 0.0, 0.0], [x / arm, -z / arm, 0.0], [y / arm, 0.0, -z / arm]])
-            upright.put(3 * i, 3 * column, scale * up)
-            along = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -y / arm, x / arm]])
-            sideways.put(3 * i, 3 * column, scale * along)
+            x, y, z = (scale * part / arm for part in (x, y, z))
+            upright.put(3 * i, 3 * column, ((scale, 0.0, 0.0), (x, -z, 0.0), (y, 0.0, -z)))
+            sideways.put(3 * i, 3 * column, ((0.0, scale, 0.0), (0.0, 0.0, scale), (0.0, -y, x)))
     law, cones = Coulomb(np.array([rule.patches[k].friction for k, _ in corners])), ConeRows(len(corners), 0)
     rows, columns = 3 * len(rule.names), len(cones)
     return _Frictional(law, cones, upright.matrix(rows, columns), sideways.matrix(rows, columns))
@@ -335,9 +366,8 @@ def displaced(rule: Recourse, problem: Problem, error: float) -> PlacementAnswer
 
     edges, frictional = _edges(rule, error), _frictional(rule, problem, error)
     planar, on_plane = rule.planar, rule.on_plane
-    carried = _lengths(rule, on_plane @ rule.answer)
-    by_loads = (carried[:, ~planar] @ np.abs(rule.loads[~planar, 0]))[:, None]
-    by_planes = error * carried[:, planar] - np.eye(on_plane.shape[0])
+    of_loads, of_planes = _effects(rule, on_plane)
+    by_loads, by_planes = of_loads[:, None], error * of_planes - np.eye(on_plane.shape[0])
     unit = rule.length.max()
     scale = np.ones(len(frictional.rows))
     scale[frictional.rows.normals] = frictional.law.greatest_friction(1.0)
@@ -372,7 +402,7 @@ def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float
     count = 3 * len(rule.patches)
     forces = _inside(frictional, x[count : count + len(frictional.rows)])
     left = rule.balance @ x[:count] + frictional.upright @ forces + rule.loads.ravel()
-    patches = x[:count] + rule.answer @ left
+    patches = x[:count] - rule.balance.T @ rule.solve(left)
     spare = edges.rows @ patches
     decrease = error * (edges.of_loads + edges.of_planes @ _carried(rule, patches, error))
     limits = _limits(rule, edges, _share(spare, decrease))
@@ -423,9 +453,9 @@ def _carried(rule: Recourse, patches: Array, error: float) -> Array:
     planar, on_plane = rule.planar, rule.on_plane
     bound = np.zeros(np.count_nonzero(planar))
     if len(bound):
-        effect = error * _lengths(rule, on_plane @ rule.answer)
-        still = np.abs(on_plane @ patches + rule.loads[planar, 0]) + effect[:, ~planar] @ np.abs(rule.loads[~planar, 0])
-        feedback = effect[:, planar]
+        of_loads, of_planes = _effects(rule, on_plane)
+        still = np.abs(on_plane @ patches + rule.loads[planar, 0]) + error * of_loads
+        feedback = error * of_planes
         bound = np.linalg.solve(np.eye(len(feedback)) - feedback, still)
     return bound if (bound >= 0.0).all() else np.full(len(bound), inf)
 
@@ -481,17 +511,28 @@ def placement(problem: Problem, tolerance: float = 1e-7, planes: Collection[Body
             0.0, reason="a load has a horizontal component, but placement margins are computed for weights only"
         )
     patches = plan_patches(problem, planes)
-    whole = _answer(problem, patches, 0.0)
+    rules: dict[tuple[int, ...], Recourse | None] = {}
+
+    def answer(error: float) -> PlacementAnswer | None:
+        """Return the result for the patches that remain with every brick displaced by `error`."""
+        left = tuple(k for k, patch in enumerate(patches) if patch.moving or inset(patch.corners, error))
+        if left not in rules:
+            rules.clear()  # one of a large wall takes over a hundred megabytes
+            rules[left] = recourse(problem, [patches[k] for k in left])
+        rule = rules[left]
+        return None if rule is None else displaced(rule, problem, error)
+
+    whole = answer(0.0)
     widest = max((patch.reach for patch in patches if not patch.moving), default=1.0)
     if whole is None or not whole.displacement > -BALANCED * widest:  # also catches NaN
         return PlacementMargin(0.0, reason=UNSAFE)
-    if whole.displacement == inf and _survives(_answer(problem, patches, widest)):
+    if whole.displacement == inf and _survives(answer(widest)):
         return PlacementMargin(inf)
-    value, limits = _crossing(problem, patches, whole, min(whole.displacement, widest), tolerance)
+    value, limits = _crossing(answer, whole, min(whole.displacement, widest), tolerance)
     if value > BALANCED * widest:
         return PlacementMargin(value, limits)
     # The rest is rounding. A larger error, which is not survived, shows where the load gets beyond a border.
-    beyond = _answer(problem, patches, NOTICED * widest)
+    beyond = answer(NOTICED * widest)
     return PlacementMargin(0.0, () if beyond is None else beyond.limits, UNSAFE)
 
 
@@ -503,18 +544,12 @@ def _pushed_sideways(problem: Problem) -> bool:
     return any(max(abs(x), abs(y)) > SIDEWAYS * abs(z) for x, y, z in forces)
 
 
-def _answer(problem: Problem, patches: list[PlanPatch], error: float) -> PlacementAnswer | None:
-    """Return the result for the patches that remain with every brick displaced by `error`."""
-    rule = recourse(problem, [patch for patch in patches if patch.moving or inset(patch.corners, error)])
-    return None if rule is None else displaced(rule, problem, error)
-
-
 def _survives(answer: PlacementAnswer | None) -> bool:
     return answer is not None and answer.survives
 
 
 def _crossing(
-    problem: Problem, patches: list[PlanPatch], whole: PlacementAnswer, most: float, tolerance: float
+    answer_at: Callable[[float], PlacementAnswer | None], whole: PlacementAnswer, most: float, tolerance: float
 ) -> tuple[float, tuple[PlacementLimit, ...]]:
     """Return the largest survived error and its limiting contacts: loads survive a displacement of exactly it.
 
@@ -524,7 +559,7 @@ def _crossing(
     over = (min(whole.displacement, 2.0 * most), -inf)  # displacement minus error, at `low` and `high`
     error = 0.5 * most
     for step in range(MOST_STEPS):
-        answer = _answer(problem, patches, error)
+        answer = answer_at(error)
         excess = -inf if answer is None else min(answer.displacement, 2.0 * most) - error
         if answer is not None and answer.survives:
             low, over, limits = error, (excess, over[1]), answer.limits

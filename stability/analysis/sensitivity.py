@@ -134,34 +134,44 @@ def slopes(limits: Sequence[MarginLimit], less: Problem | None, more: Problem | 
         return None
     falling, rising = [], []
     for limit in limits:
-        here, below, above = (_power(limit, each) for each in (limit.problem, less, more))
-        if here is None or below is None or above is None:
+        below, above = (_change(limit, each) for each in (less, more))
+        if below is None or above is None:
             return None
-        falling.append((below - here) / (step * limit.gain))
-        rising.append((here - above) / (step * limit.gain))
+        falling.append(below / (step * limit.gain))
+        rising.append(-above / (step * limit.gain))
     return Slopes(max(falling), min(rising))
 
 
-def _power(limit: MarginLimit, other: Problem) -> float | None:
-    """Return the power of another problem's loads and of the limit's contact forces along the limit's motion."""
-    if not other.bricks.keys() >= limit.problem.bricks.keys():
+def _change(limit: MarginLimit, other: Problem) -> float | None:
+    """Return the power along the limit's motion that loads and contact forces gain in another problem.
+
+    The forces move with their contacts. Only loads, contacts and bricks that differ are compared.
+    """
+    own = limit.problem
+    if not other.bricks.keys() >= own.bricks.keys():
         return None
-    add_work(CONTACT * len(limit.problem.contacts))
-    power = 0.0
+    add_work(CONTACT * len(own.contacts))
+    moved = {name for name, placed in own.bricks.items() if other.bricks[name].pose != placed.pose}
+    change = 0.0
     for name, (velocity, spin) in sorted(limit.motion.velocity.items()):
-        load = other.loads[name]
-        x, y = (-load.force_W[2] * share for share in limit.pull_g)
-        power += dot(add(load.force_W, (x, y, 0.0)), velocity) + dot(load.torque_W, spin)
+        if other.loads[name] != own.loads[name]:
+            for problem, sign in ((other, 1.0), (own, -1.0)):
+                load = problem.loads[name]
+                x, y = (-load.force_W[2] * share for share in limit.pull_g)
+                change += sign * (dot(add(load.force_W, (x, y, 0.0)), velocity) + dot(load.torque_W, spin))
     contacts = {(contact.lower, contact.upper): contact for contact in other.contacts}
-    for contact, forces in zip(limit.problem.contacts, limit.forces.of_contacts, strict=True):
+    for contact, forces in zip(own.contacts, limit.forces.of_contacts, strict=True):
+        now = contacts.get((contact.lower, contact.upper))
+        if now == contact and contact.lower not in moved and contact.upper not in moved:
+            continue
         if all(force == ZERO for at_point in forces for force in at_point):
             continue
-        now = contacts.get((contact.lower, contact.upper))
-        carried = None if now is None else _carried(limit, contact, forces, now, other)
-        if carried is None:
+        here = _carried(limit, contact, forces, contact, own)
+        there = None if now is None else _carried(limit, contact, forces, now, other)
+        if here is None or there is None:
             return None
-        power += carried
-    return power
+        change += there - here
+    return change
 
 
 def _carried(limit: MarginLimit, contact: Contact, forces: ConeForces, now: Contact, other: Problem) -> float | None:

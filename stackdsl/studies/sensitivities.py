@@ -193,7 +193,7 @@ class _Margins:
             return None
         if self._of is MarginKind.ACCELERATION:
             worst = acceleration(problem, FINE, self._gravity)
-            return None if worst is None or worst.upper == inf else worst.upper
+            return None if worst is None or worst.value == inf else worst.value
         friction = least_friction(problem, FINE)
         return None if friction.factor == inf else 0.5 * (friction.factor + friction.too_little) * self._unit
 
