@@ -9,9 +9,10 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from stability.analysis.mirrored_program import Block, Parts, folded
 from stability.contact_law import Coulomb, coulomb_coefficients
 from stability.geometry.polygons import Point2, Polygon, hull, inset
-from stability.geometry.rows import Array
+from stability.geometry.rows import Array, Indices
 from stability.model import GROUND, BodyId, Vec3
 from stability.name_order import natural_key
 from stability.problem import ZERO, Contact, PlacementLimit, Problem, Wrench
@@ -129,7 +130,8 @@ BALANCED = 1e-9  # accepted residual as a share of the load capacity: rounding
 NOTICED = 1e-6  # share of the reach of a contact: an error that stands out from rounding
 ALIKE = 1e-5  # share by which a border may have more left than the worst one and still limit equally
 DIGITS = 3  # of a bearing in degrees: with more, rounding would tell one direction twice
-AT_ONCE = 64  # bricks whose displacements are answered at once, which limits memory
+LARGE = 100  # bricks: the program of a larger structure is folded along its mirrors
+AT_ONCE = 16  # bricks whose displacements are answered at once, which limits memory
 FURTHEST = 1e3  # half diagonals; loads that can be displaced so far can be displaced without limit
 
 
@@ -211,11 +213,16 @@ class _Entries:
 
         if not self._blocks:
             return csr_matrix((rows, columns))
-        blocks = np.array(self._blocks, dtype=float)
-        down, along = np.indices(blocks.shape[1:])
-        of_rows = np.array(self._rows)[:, None, None] + down
-        of_columns = np.array(self._columns)[:, None, None] + along
-        return csr_matrix((blocks.ravel(), (of_rows.ravel(), of_columns.ravel())), shape=(rows, columns))
+        return _of_blocks(np.array(self._rows), np.array(self._columns), np.array(self._blocks), (rows, columns))
+
+
+def _of_blocks(rows: Indices, columns: Indices, blocks: Array, shape: tuple[int, int]) -> Sparse:
+    """Return the sparse matrix, by row, of dense blocks with their first rows and columns."""
+    from scipy.sparse import csr_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    down, along = np.indices(blocks.shape[1:])
+    places = (rows[:, None, None] + down).ravel(), (columns[:, None, None] + along).ravel()
+    return csr_matrix((blocks.ravel(), places), shape=shape)
 
 
 def _units(patch: PlanPatch, number: dict[BodyId, int], force: Array) -> tuple[float, float]:
@@ -327,32 +334,41 @@ class _Frictional:
     rows: ConeRows  # limits of the vertical forces by friction, then the horizontal forces
     upright: Sparse  # (3 bricks, 3 corners) vertical force and first moments on the bricks
     sideways: Sparse  # (3 bricks, 3 corners) horizontal force and twist
+    corners_W: Array  # (corners, 3) [m]
+    patch: NDArray[np.int64]  # (corners,)
 
 
 def _frictional(rule: Recourse, problem: Problem, error: float) -> _Frictional:
     number = {name: i for i, name in enumerate(rule.names)}
+    places = np.array([problem.bricks[name].pose.position_W for name in rule.names])
     corners = [
-        (k, (x, y, p.height))
+        (k, x, y, p.height)
         for k, p in enumerate(rule.patches)
         if p.level and p.friction > 0.0
         for x, y in inset(p.corners, error)
     ]
-    upright, sideways = _Entries(), _Entries()
-    for column, (k, point) in enumerate(corners):
-        patch = rule.patches[k]
-        for body, sign in ((patch.upper, 1.0), (patch.lower, -1.0)):
-            if body not in number:
-                continue
-            i = number[body]
-            x, y, z = (a - b for a, b in zip(point, problem.bricks[body].pose.position_W, strict=True))
-            arm = rule.length[i]
-            scale = sign * rule.unit[k, 0] / rule.force[i]
-            x, y, z = (scale * part / arm for part in (x, y, z))
-            upright.put(3 * i, 3 * column, ((scale, 0.0, 0.0), (x, -z, 0.0), (y, 0.0, -z)))
-            sideways.put(3 * i, 3 * column, ((0.0, scale, 0.0), (0.0, 0.0, scale), (0.0, -y, x)))
-    law, cones = Coulomb(np.array([rule.patches[k].friction for k, _ in corners])), ConeRows(len(corners), 0)
-    rows, columns = 3 * len(rule.names), len(cones)
-    return _Frictional(law, cones, upright.matrix(rows, columns), sideways.matrix(rows, columns))
+    points = np.array([point for _, *point in corners]).reshape(-1, 3)
+    of_patch = np.array([k for k, *_ in corners], dtype=np.int64)
+    rows, columns, upright, sideways = [], [], [], []
+    for bodies, sign in (([p.upper for p in rule.patches], 1.0), ([p.lower for p in rule.patches], -1.0)):
+        brick = np.array([number.get(body, -1) for body in bodies], dtype=np.int64)[of_patch]
+        column = np.flatnonzero(brick >= 0)
+        brick = brick[column]
+        scale = sign * rule.unit[of_patch[column], 0] / rule.force[brick]
+        x, y, z = scale / rule.length[brick] * (points[column] - places[brick]).T
+        zero = np.zeros(len(column))
+        upright.append(np.array([[scale, zero, zero], [x, -z, zero], [y, zero, -z]]).transpose(2, 0, 1))
+        sideways.append(np.array([[zero, scale, zero], [zero, zero, scale], [zero, -y, x]]).transpose(2, 0, 1))
+        rows.append(3 * brick)
+        columns.append(3 * column)
+    law, cones = Coulomb(np.array([rule.patches[k].friction for k in of_patch])), ConeRows(len(corners), 0)
+    up, aside = (
+        _of_blocks(
+            np.concatenate(rows), np.concatenate(columns), np.concatenate(blocks), (3 * len(rule.names), len(cones))
+        )
+        for blocks in (upright, sideways)
+    )
+    return _Frictional(law, cones, up, aside, points, of_patch)
 
 
 def displaced(rule: Recourse, problem: Problem, error: float) -> PlacementAnswer:
@@ -393,8 +409,36 @@ def displaced(rule: Recourse, problem: Problem, error: float) -> PlacementAnswer
         equal=6 * len(rule.names),
         positive=len(edges.patch) + 2 * len(loads) + 1,
     )
-    point = clarabel_solve(program, ACCURACY)
-    return _judged(rule, edges, frictional, error, point.x)
+    smaller = folded(program, *_blocks(rule, problem, edges, frictional)) if len(rule.names) >= LARGE else None
+    x = clarabel_solve(program, ACCURACY).x if smaller is None else smaller.whole(ACCURACY)
+    return _judged(rule, edges, frictional, error, x)
+
+
+def _blocks(
+    rule: Recourse, problem: Problem, edges: _Edges, frictional: _Frictional
+) -> tuple[Sequence[Block], Sequence[Block]]:
+    """Return the rows and the columns of the program, by what they belong to."""
+    places = np.array([problem.bricks[name].pose.position_W for name in rule.names])
+    middle = 0.5 * (places.min(axis=0) + places.max(axis=0))[:2]
+    moments = rule.loads[:, 1:] * rule.length[:, None]
+    bricks = Parts(
+        np.hstack([places[:, :2] - middle, moments]),
+        np.column_stack([places[:, 2], rule.loads[:, 0], rule.force, rule.length]),
+    )
+    centres = np.array([patch.centre for patch in rule.patches]) - middle
+    kinds = np.array([(patch.height, patch.friction, patch.moving, patch.level) for patch in rule.patches])
+    patches = Parts(centres, np.hstack([kinds, rule.unit]))
+    inward = np.concatenate([patch.inward for patch in rule.patches])
+    borders = Parts(np.hstack([centres[edges.patch], inward]), kinds[edges.patch, :1])
+    corners = Parts(
+        np.hstack([frictional.corners_W[:, :2] - middle, centres[frictional.patch]]), frictional.corners_W[:, 2:]
+    )
+    planar = Parts(bricks.vectors[rule.planar], bricks.scalars[rule.planar])
+    alone = Parts(np.zeros((1, 2)), np.zeros((1, 1)))
+    in_plan, along = ((False, False), (True, False), (False, True)), ((True, False), (False, True), (True, True))
+    same = ((False, False),)
+    rows = [(bricks, in_plan), (bricks, along), (corners, in_plan), (borders, same), (planar, same), (planar, same)]
+    return [*rows, (alone, same)], [(patches, in_plan), (corners, in_plan), (planar, same), (alone, same)]
 
 
 def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float, x: Array) -> PlacementAnswer:

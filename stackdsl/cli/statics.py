@@ -53,7 +53,7 @@ from stackdsl.studies.find_limit import (
     find_in,
     is_shaken,
 )
-from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
+from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_so_far
 from stackdsl.timeline import leaves_to_engine
 from stackdsl.viewing.plots import drawn_survival
 from stackdsl.wording import GAPS, apart_text, how_many
@@ -214,14 +214,23 @@ def sensitivities_command(request: Request, of: str, checked: int, top: int) -> 
 
 
 def _sensitivities(name: str, case: Case, of: MarginKind, checked: int) -> Iterator[Sensitivities]:
-    """Yield the sensitivities of a case; report why there are none."""
+    """Yield the sensitivities of a case, also of an interrupted study; report why there are none."""
+    found: Callable[[], Sensitivities] | None = None
+    stopped: BaseException | None = None
     try:
         with counted(100, f"{name}: percent") as known:
-            found = sensitivities_of(case, name, of, checked, lambda done, total: known(round(100 * done / total)))
+            for so_far in sensitivities_so_far(
+                case, name, of, checked, lambda done, total: known(round(100 * done / total))
+            ):
+                found = so_far
     except SearchError as error:
         tell(f"{name}: {error}")
-    else:
-        yield found
+    except (KeyboardInterrupt, TooMuchWorkError) as error:
+        stopped = error
+    if found is not None:
+        yield found()
+    if stopped is not None:
+        raise stopped
 
 
 # `stackdsl suggest`: changes with which a falling scenario stands, each verified by a verdict.

@@ -479,6 +479,8 @@ def sensitivity_lines(found: Sensitivities, most: int) -> Iterator[str]:
         yield f"  {len(nothing)} of {len(found.effects)} numbers have no effect{unchecked}"
     if found.in_doubt:
         yield "  forces or motions at the limit are not unique: unchecked values may be wrong; --check N checks more"
+    if found.left or found.unchecked:
+        yield f"  interrupted: {how_many(found.left, 'number')} left out, {how_many(found.unchecked, 'check')} not made"
     if found.judged < found.bricks:
         yield f"  for {found.judged} of {found.bricks} bricks; the later ones depend on an engine and are left out"
 

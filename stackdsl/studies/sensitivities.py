@@ -8,6 +8,7 @@ or its forces are not unique, and the finite differences are reported.
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 from math import inf
 from typing import Final
 
@@ -88,6 +89,8 @@ class Sensitivities(Printed):
     effects: Sequence[Effect]
     judged: int = 0  # number of judged bricks
     bricks: int = 0  # number of bricks
+    left: int = 0  # numbers without an effect, as the study was interrupted
+    unchecked: int = 0  # effects that were to be checked, likewise
 
     @property
     def in_doubt(self) -> bool:
@@ -114,7 +117,22 @@ def sensitivities_of(
 ) -> Sensitivities:
     """Return the effects of all numbers on a margin of a case. Raises SearchError if there is no such margin.
 
-    `on_progress` is called with the number of finished numbers and their total.
+    `on_progress` is called with the finished part of the work and its total: half for the effects, half for the checks.
+    """
+    *_, last = sensitivities_so_far(case, name, of, checked, on_progress)
+    return last()
+
+
+def sensitivities_so_far(
+    case: Case,
+    name: str,
+    of: MarginKind,
+    checked: int = CHECKED,
+    on_progress: Callable[[int, int], None] = lambda done, all_: None,
+) -> Iterator[Callable[[], Sensitivities]]:
+    """Yield a function after each number and after each check, which returns what is computed, at the end everything.
+
+    So a caller that is interrupted keeps this. See `sensitivities_of`.
     """
     proofs = proofs_of(case.timeline)
     _refuse(proofs)
@@ -122,19 +140,26 @@ def sensitivities_of(
     if not margins.limits:
         raise SearchError(f"the structure has no limit of {of.value}, so there are no sensitivities")
     numbers = [*_places(proofs.assembly), *_masses(proofs.assembly), *_joints(proofs.assembly), *_variables(case)]
-    effects = []
-    for done, number in enumerate(numbers):
-        effects.append(margins.effect(number))
-        on_progress(done, len(numbers))
-    order = sorted(range(len(numbers)), key=lambda i: -effects[i].matters)
-    for rank, index in enumerate(order):
-        if rank < checked or effects[index].source is SlopeSource.NONE:
-            effects[index] = margins.checked(numbers[index], effects[index])
-        on_progress(rank, len(numbers))
-    ranked = sorted(effects, key=lambda each: -each.matters)
     pulled = set(case.timeline.pulled_out)
     bricks = sum(not each.hits and each.brick.id not in pulled for each in case.timeline.placements)
-    return Sensitivities(name, of, margins.value, ranked, len(proofs.assembly.bricks), bricks)
+
+    def so_far(unchecked: int) -> Sensitivities:
+        ranked = sorted(effects, key=lambda each: -each.matters)
+        left = len(numbers) - len(effects)
+        return Sensitivities(name, of, margins.value, ranked, len(proofs.assembly.bricks), bricks, left, unchecked)
+
+    effects: list[Effect] = []
+    yield partial(so_far, checked)
+    for number in numbers:
+        effects.append(margins.effect(number))
+        on_progress(len(effects), 2 * len(numbers))
+        yield partial(so_far, checked)
+    order = sorted(range(len(numbers)), key=lambda i: -effects[i].matters)
+    due = [i for rank, i in enumerate(order) if rank < checked or effects[i].source is SlopeSource.NONE]
+    for done, index in enumerate(due, 1):
+        effects[index] = margins.checked(numbers[index], effects[index])
+        on_progress(len(numbers) * (len(due) + done), 2 * len(numbers) * len(due))
+        yield partial(so_far, len(due) - done)
 
 
 def _refuse(proofs: Proofs) -> None:
