@@ -34,6 +34,18 @@ STATICS_TABLES: Mapping[str, Table] = {
             Column("survived acceleration, g", "{worst_g:.3f}"),
         ),
     ),
+    "slow-studies": Table(
+        "slow-studies",
+        "studies",
+        (
+            Column("study", "{row}"),
+            Column("bricks", "{bricks:,.0f}"),
+            Column("processor time, s", "{seconds:sig2}"),
+            Column("as a multiple of the peer", "{times_peer:sig2}"),
+            Column("memory of the process, MB", "{peak_mb:.0f}"),
+            Column("error, %", "{error_percent:sig2}"),
+        ),
+    ),
     "outcomes": Table(
         "outcomes",
         "groups",

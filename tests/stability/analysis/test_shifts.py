@@ -8,7 +8,7 @@ from math import cos, hypot, radians, sin
 import pytest
 
 from benchmarks.random_piles import mended, piles
-from stability.analysis.piling import Piling
+from stability.analysis.piling import Piling, ShiftedBuild
 from stability.analysis.repair import CLOSE, SIDES, Shifting, propping
 from stability.geometry.box import Box
 from stability.model import Brick, Pose
@@ -139,3 +139,31 @@ def test_the_piles_that_once_nothing_mended_have_props() -> None:
     found = mended(next(islice(piles(1), 19, None)))
     assert found.how == "props"
     assert all(each.stands and each.falls_with_less for each in found.checked)
+
+
+def test_a_former_fall_decides_a_trial_only_where_the_build_falls() -> None:
+    #   The three upper planks stand if their centre is over the first one: 12 mm less far out than 60 mm is enough.
+    piling = column([0.0, 0.03, 0.06, 0.09])
+    shifting = Shifting(piling)
+    build = ShiftedBuild(piling)
+    verdict = piling.verdict_at_once()
+    assert verdict.motion is not None
+    build.add_fall(len(piling.stages), {}, verdict.motion)
+    missing = 0.06 - LENGTH / 2.0
+    for share, falls in ((0.5, True), (1.0 - 1e-6, True), (1.0 + 1e-6, False), (5.0, False)):
+        shift = dict.fromkeys(("L2", "L3", "L4"), (-share * missing, 0.0, 0.0))
+        assert build.falls_again(shift, len(piling.stages)) is falls
+        assert shifting.stands({"L2": (-share * missing, 0.0)}) is not falls
+
+
+def test_the_shifts_of_a_high_column_need_few_verdicts(monkeypatch: pytest.MonkeyPatch) -> None:
+    counted: list[Piling] = []
+    whole = Piling.verdict_at_once
+    monkeypatch.setattr(Piling, "verdict_at_once", lambda self: counted.append(self) or whole(self))
+    shifting = Shifting(column([0.006 * level for level in range(28)]))
+    missing = 14 * 0.006 - LENGTH / 2.0  # the mean of the upper planks
+    for level in (10, 12):
+        found = shifting.least(f"L{level}", {})
+        assert found is not None
+        assert found.too_little == pytest.approx(missing * 27 / (29 - level), rel=1e-5)
+    assert len(counted) < 0.2 * shifting.verdict_count

@@ -81,6 +81,17 @@ def test_a_counterweight_holds_by_its_moment() -> None:
     assert effect(found, "mass of load").more == pytest.approx(less, rel=1e-5)
 
 
+def test_a_plank_high_in_a_wall_moves_its_centre_of_mass_and_nothing_else() -> None:
+    #   The wall tips at its least distance from the border over its height: the slope is the share of the plank's mass
+    #   over that height, and finite differences agree.
+    found = of("friction: 2\nbuild:\n  - wall: {levels: 4, bricks: 3, gap: 0 mm}\n", check=30)
+    height, share = 4 * 7.8 / 2.0, 1.0 / 12.0
+    checked = [effect(found, f"y of {name}") for name in ("L2.2", "L2.3", "L3.2")]
+    for each in checked:
+        assert [each.less, each.more] == pytest.approx([share / height, -share / height], rel=1e-3)
+        assert each.source is SlopeSource.CHECKED
+
+
 def test_sensitivities_need_a_standing_structure_with_a_margin() -> None:
     with pytest.raises(SearchError, match="UNSTABLE: top tips over base; only a stable structure has margins"):
         of(ON_END.replace("X", "110"))
