@@ -14,13 +14,11 @@ from stability.analysis.acceleration_cut import AcceleratedProblem, Heading, hea
 from stability.analysis.bearings import (
     RoughHeadings,
     Survived,
-    Symmetry,
     along_bearing,
     by_bearing,
-    proven_cut,
     rough_headings,
-    symmetries,
 )
+from stability.analysis.symmetry import Symmetry, proven_cut, symmetries
 from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose
 from stability.problem import Motion, Placed, Problem, Stability, Tolerances

@@ -12,7 +12,7 @@ from stability.analysis.piling import Piling, ShiftedBuild
 from stability.analysis.repair import CLOSE, SIDES, Shifting, propping
 from stability.geometry.box import Box
 from stability.model import Brick, Pose
-from stability.problem import Placed
+from stability.problem import Placed, Verdict
 from stackdsl.report.studies import suggestion_text
 from tests.planks import ACROSS, FLOOR, GRAVITY, LENGTH, WIDTH, WOOD, lying, plank
 
@@ -159,7 +159,12 @@ def test_a_former_fall_decides_a_trial_only_where_the_build_falls() -> None:
 def test_the_shifts_of_a_high_column_need_few_verdicts(monkeypatch: pytest.MonkeyPatch) -> None:
     counted: list[Piling] = []
     whole = Piling.verdict_at_once
-    monkeypatch.setattr(Piling, "verdict_at_once", lambda self: counted.append(self) or whole(self))
+
+    def verdict(piling: Piling) -> Verdict:
+        counted.append(piling)
+        return whole(piling)
+
+    monkeypatch.setattr(Piling, "verdict_at_once", verdict)
     shifting = Shifting(column([0.006 * level for level in range(28)]))
     missing = 14 * 0.006 - LENGTH / 2.0  # the mean of the upper planks
     for level in (10, 12):
