@@ -70,6 +70,7 @@ BEARINGS = 16
 STEPS = (0.002, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5, 0.75, 1.0)  # times the longest side of the brick
 CLOSE = 1e-6  # relative width of the bracket between a failing and a sufficient shift
 BEYOND = 0.2  # of that width: distance of a shift that is expected to suffice from the expected limit
+MOST_GUESSES = 3  # one after the other, before a bisection: bad ones would approach the limit slowly
 TURN = 0.02  # [rad] between two limits that give the direction of the border
 LONGER = 1.1  # times the limit at a bearing: the limit beside it is at most this
 TURNS = 3
@@ -208,9 +209,10 @@ class Shifting:
         proven, would continue. Only the bearings that hold where another one holds are searched further.
         """
         # the least shift that is known to be too short, by a fall or by another body in the way
-        low, guess = min(fails[bearing] for bearing in bearings), inf
+        low, guess, guesses = min(fails[bearing] for bearing in bearings), inf, 0
         while held - low > 0.5 * CLOSE * held:
-            is_guess = low < guess < held
+            is_guess = low < guess < held and guesses < MOST_GUESSES
+            guesses = guesses + 1 if is_guess else 0
             middle = guess if is_guess else 0.5 * (low + held)
             holding, guess = [], inf
             for bearing in bearings:
