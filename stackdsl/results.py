@@ -384,6 +384,7 @@ class VariantResult(Displayed):
     warnings: tuple[ScenarioWarning, ...] = ()  # about its files; they do not fail it
     mistake: Diagnostic | None = None  # cause of a blocked run, with its place in the file
     refinement: tuple[Change, ...] | None = None  # changes in a refined run; None if there was none
+    sensitivity: tuple[Change, ...] | None = None  # changes a micrometre to either side; None without these runs
     parameters: tuple[tuple[str, str], ...] = ()  # value from each row of the matrix, as written
     remembered: bool = False  # from the cache, of the same program with the same files
     set_aside: bool = False  # whether the scenario has the mark `skip`
@@ -431,6 +432,11 @@ class VariantResult(Displayed):
     def moved(self) -> tuple[Change, ...]:
         """Return the observations that change with refinement."""
         return tuple(change for change in self.refinement or () if change.moved)
+
+    @property
+    def decided_by_a_micrometre(self) -> tuple[Change, ...]:
+        """Return the observations that change within a micrometre."""
+        return tuple(change for change in self.sensitivity or () if change.moved)
 
     @property
     def name(self) -> str:

@@ -6,16 +6,16 @@ from inspect import signature
 from types import UnionType
 from typing import ParamSpec, TypeVar
 
-from stackdsl.api.python_remedies import meant_text
+from stackdsl.diagnostics import meant_choice
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
 
 def with_remedy(remedy: str) -> Callable[[Callable[Parameters, Result]], Callable[Parameters, Result]]:
-    """Return a decorator that adds a remedy to the TypeError for missing or surplus arguments.
+    """Return a decorator that adds a remedy to the TypeError for missing or unknown arguments.
 
-    The remedy for an unknown keyword is the one that is meant, or else all keywords before `remedy`.
+    The remedy for a misspelt keyword is the right one, and `remedy` is that of all other mistakes.
     """
 
     def decorated(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
@@ -28,9 +28,8 @@ def with_remedy(remedy: str) -> Callable[[Callable[Parameters, Result]], Callabl
                 has.bind(*values, **named)
             except TypeError as error:
                 unknown = next((each for each in named if each not in has.parameters), "")
-                hint = meant_text(unknown, list(has.parameters)) if unknown else ""
-                told = hint if hint.startswith("did you mean") else "; ".join(filter(None, (hint, remedy)))
-                raise TypeError(f"{name}: {error}; {told}") from None
+                meant = meant_choice(unknown, list(has.parameters))
+                raise TypeError(f"{name} {error}; {f'did you mean {meant!r}?' if meant else remedy}") from None
             return function(*values, **named)
 
         return called

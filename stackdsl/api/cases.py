@@ -187,8 +187,7 @@ def some_cases(given: SomeCases) -> tuple[Case, ...]:
 
 
 def _kind(value: object) -> str:
-    name = type(value).__name__
-    return "None" if value is None else f"{'an' if name.startswith(tuple('aeio')) else 'a'} {name}"
+    return "None" if value is None else f"a {type(value).__name__}"
 
 
 def _remedy(value: object) -> str:

@@ -1,14 +1,14 @@
 """Rewrites the hints of diagnostics for authors of Python, since those of the language show YAML."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from keyword import iskeyword
 from typing import Final
 
 import yaml
 
-from stackdsl.diagnostics import Diagnostic, choice_text
+from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.claims.claim_kind import CLAIMS
 
 FLOW: Final = re.compile(r"(?<=\s)(?:- )?(?:\{.*\}|\[.*\])")  # a mapping or a list in YAML flow style
@@ -39,13 +39,6 @@ WORDS: Final[tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]],
 def python_name(key: str) -> str:
     """Return the parameter name of a key: Python keywords get an underscore at the end."""
     return f"{key}_" if iskeyword(key) else key
-
-
-def meant_text(word: str, names: Sequence[str]) -> str:
-    """Return a hint that names the closest of these names or the one of this meaning, or else all of them."""
-    from stackdsl.language.validation import synonyms_of  # noqa: PLC0415 -- only mistakes need it
-
-    return choice_text(word, names, {word.lower(): next(iter(synonyms_of(word, names)), "")})
 
 
 def _own_names(words: str) -> str:

@@ -12,9 +12,9 @@ from typing import Any, Final, TypeAlias
 
 from pydantic import BaseModel, TypeAdapter
 
-from stackdsl.api.python_remedies import meant_text, python_name
+from stackdsl.api.python_remedies import python_name
 from stackdsl.api.written import HERE, Part, Written, written
-from stackdsl.diagnostics import missing_attribute
+from stackdsl.diagnostics import choice_text, missing_attribute
 from stackdsl.language.claims.claim import Expectation, Truth
 from stackdsl.language.claims.claim_kind import CLAIMS
 from stackdsl.language.impacts import IMPACTS, Impact
@@ -26,7 +26,6 @@ Schema: TypeAlias = Mapping[str, Any]
 Keys: TypeAlias = dict[str, tuple[str, str]]  # Python type and description, by key
 Function: TypeAlias = Callable[..., Written]
 
-LISTS: Final = {"layouts": "build", "impacts": "impacts", "claims": "expect"}  # keys of the lists of each module
 TIME: Final = {"at": "when"}  # the time of a step, since some layouts have a position `at`
 NOT_TAKEN: Final = ("repeat", "bricks", "imported")  # Python has loops, and `single_bricks` has the others
 DESCRIPTIONS: Final = {"source": "for a claim under `truth`: the source of the value"}  # of keys without one
@@ -49,7 +48,7 @@ class Words:
         if name not in self._made:
             key = next((key for key in self._kinds if python_name(key) == name), None)
             if key is None:
-                raise missing_attribute(self.name, name, meant_text(name, self.names()))
+                raise missing_attribute(self.name, name, choice_text(name, self.names()))
             self._made[name] = self._function(key)
         return self._made[name]
 
@@ -81,22 +80,10 @@ class Words:
         def checked(*what: object, **keys: object) -> Written:
             __tracebackhide__ = True  # pytest shows the line of the caller
             for name in keys.keys() - parameters:
-                remedy = self._home_text(key, name) or meant_text(name, parameters)
-                raise TypeError(f"{self.name}.{made.__name__} has no key '{name}'; {remedy}")
-            if what and not plain:
-                keywords = ", ".join(f"{each}=" for each in parameters)
-                raise TypeError(f"{self.name}.{made.__name__} takes only keywords; choose from: {keywords}")
+                raise TypeError(f"{self.name}.{made.__name__} has no key '{name}'; {choice_text(name, parameters)}")
             return made(*what, **keys)
 
         return checked
-
-    def _home_text(self, key: str, name: str) -> str:
-        """Return the remedy for a key that belongs in the mapping of another key; empty for others."""
-        from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
-
-        path = (LISTS[self.name], 0, key)
-        homes = [python_name(each) for each in keys_at(path) if name in keys_at((*path, each))]
-        return f"it belongs in {homes[0]}={{'{name}': ...}}" if len(homes) == 1 else ""
 
     def _shape(self, key: str) -> tuple[list[Schema], Keys]:
         """Return the schemas of values that may replace the keys of a kind, and these keys."""

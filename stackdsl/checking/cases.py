@@ -135,7 +135,6 @@ class Case(Displayed):
         def __getattr__(self, name: str) -> NoReturn:
             """Raise AttributeError, which says which function of `stackdsl` to call."""
             remedies = {each: f"write `{each}(case)` with {each} of stackdsl" for each in FUNCTIONS_OF_A_CASE}
-            remedies |= dict.fromkeys(("run", "simulate", "check", "judge"), remedies["play"])
             remedies |= dict.fromkeys(
                 PICTURES, "a notebook shows the replay of a run; write `play(case)` as the last line of a cell"
             )

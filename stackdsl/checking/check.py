@@ -9,17 +9,18 @@ from typing import Protocol
 
 from stackdsl.checking.cache import ResultCache, from_record, is_cacheable, to_record
 from stackdsl.checking.cases import Case, Listed
-from stackdsl.checking.play_case import play_case, play_refined, played_or_blocked
+from stackdsl.checking.micrometre import Nearby
+from stackdsl.checking.play_case import play_case, play_nearby, play_refined, played_or_blocked
 from stackdsl.checking.results import Goldens, checked, marked_skipped, missed_by, skipped
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.goldens.file_format import golden_name
 from stackdsl.goldens.golden import GoldenReader, PendingStore, obsolete, remove_obsolete
-from stackdsl.judging.judge import stop_condition_of
+from stackdsl.judging.judge import Refinement, stop_condition_of
 from stackdsl.results import GoldenStatus, Report, RunStatus, VariantResult
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.supervising.processes import EnoughSeenError, OnWait, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
-from stackdsl.trace import OnDrawn, ignore_progress
+from stackdsl.trace import OnDrawn, Trace, ignore_progress
 
 
 class FoundCases(Protocol):
@@ -53,6 +54,7 @@ def unused_goldens(owners: FoundCases, golden: Path, others: Iterable[str] = ())
 
 
 TIME_LIMIT = 600.0  # [s] of wall time per case; many times that of the largest scenario
+NEARBY_RUNS = 3.0  # with those to either side
 REFINED_COST = 5.0  # cost of a refined run in plain runs: one plain run, and one with twice the steps and iterations
 
 
@@ -68,6 +70,7 @@ class CheckConfig:
     scenarios: Path | None = None  # directory of the whole set of scenarios; None for that beside `golden`
     update_command: str = ""  # this command line, with an update of the golden files
     refine: bool = False  # play each case again at half the step and twice the iterations
+    sensitivity: bool = False  # play each case also a micrometre to either side
     on_wait: OnWait = lambda: None  # called many times per second while cases run
     on_drawn: OnDrawn = ignore_progress  # called for each chunk of samples
     on_result: Callable[[VariantResult], None] = lambda _: None  # called after each run
@@ -124,7 +127,7 @@ def _remember(case: Listed, result: VariantResult, config: CheckConfig) -> None:
 
 def _uses_cache(case: Listed, config: CheckConfig) -> bool:
     """Return True if the result of a case may be cached. A file without a digest was not read completely."""
-    return config.memory.used and not config.refine and bool(config.digests.get(case.file))
+    return config.memory.used and not config.refine and not config.sensitivity and bool(config.digests.get(case.file))
 
 
 def _key(case: Listed, golden_digest: str, config: CheckConfig) -> str:
@@ -209,7 +212,10 @@ class _Runs:
         return self.config.digests[case.file] if _uses_cache(case, self.config) else ""
 
     def _task(self, case: Case) -> Task:
+        playing: Callable[..., Trace | Refinement | Nearby]
         playing, runs = (play_refined, REFINED_COST) if self.config.refine else (play_case, 1.0)
+        if self.config.sensitivity:
+            playing, runs = play_nearby, NEARBY_RUNS
         may_stop = stop_condition_of(case.scenario, case.system)
         return Task(played_or_blocked, (playing, case.timeline, case.system, may_stop), runs * self.config.time_limit)
 

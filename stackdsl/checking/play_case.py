@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 from stability.problem import Stability, Stage
 from stability.work_limit import TooMuchWorkError, limited
 from stackdsl import work
+from stackdsl.checking.micrometre import Nearby, compared, either_side
 from stackdsl.judging.judge import Refinement, compare_with_refined, with_numerical_collapse
 from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError
 from stackdsl.simulation.known_systems import system_named
@@ -84,6 +85,12 @@ def played_or_blocked(playing: Callable[..., Played], *arguments: object) -> Pla
         return playing(*arguments)
     except BlockedPlacementError as error:
         return error.blocked
+
+
+def play_nearby(timeline: Timeline, name: str, may_stop: StopCondition = never_stop_early) -> Nearby:
+    """Play a timeline, and a micrometre to either side. Raises BlockedPlacementError if a run is blocked."""
+    runs = [play_case(one, name, may_stop) for one in (timeline, *either_side(timeline))]
+    return compared(runs[0], runs[1:])
 
 
 def play_refined(timeline: Timeline, name: str, may_stop: StopCondition = never_stop_early) -> Refinement:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from stackdsl.checking.cases import STDIN_SHOWN, Case
 from stackdsl.checking.failure_cause import failure_cause_of
+from stackdsl.checking.micrometre import Nearby
 from stackdsl.compiler.compile import origin_of, where_placed
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.goldens.file_format import golden_name
@@ -53,6 +54,8 @@ def checked(case: Case, result: TaskResult, goldens: Goldens, must_claim: bool =
     """
     if isinstance(result.value, Refinement):
         return replace(_compared(case, result.value.trace, goldens, must_claim), refinement=result.value.changes)
+    if isinstance(result.value, Nearby):
+        return replace(_compared(case, result.value.trace, goldens, must_claim), sensitivity=result.value.changes)
     if isinstance(result.value, Trace):
         return _compared(case, result.value, goldens, must_claim)
     if isinstance(result.value, Blocked):

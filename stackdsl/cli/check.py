@@ -81,6 +81,7 @@ class CheckOptions(TypedDict):
     update: bool
     accept_failing: bool
     refine: bool
+    sensitivity: bool
     golden: Path | None
     no_golden: bool
     cache: bool
@@ -154,6 +155,9 @@ OPTIONS: Final = (
     click.option("--accept-failing", is_flag=True, help="With --update, also accept results that fail expectations."),
     click.option(
         "--refine", is_flag=True, help="Repeat with half the time step and twice the iterations; report changes."
+    ),
+    click.option(
+        "--sensitivity", is_flag=True, help="Repeat with hits a micrometre to either side; report what it decides."
     ),
     click.option("--golden", type=FilePath, help="Directory of golden files. Default: that of the project."),
     click.option("--no-golden", is_flag=True, help="Neither compare nor write golden files."),
@@ -341,6 +345,7 @@ def _terms(
         time_limit=asked["time_limit"],
         update_command=_update_command(asked),
         refine=asked["refine"],
+        sensitivity=asked["sensitivity"],
         write_new_goldens=not is_ci(os.environ) and not asked["refine"],
         first_failure=asked["first_failure"],
         must_claim=asked["strict"],
@@ -375,6 +380,8 @@ def _refuse_what_does_not_go_together(asked: CheckOptions) -> None:
         raise click.UsageError("--changed needs the cache; remove --changed or --no-cache")
     if asked["watch"] and asked["update"]:
         raise click.UsageError("--watch cannot accept results without review; remove --watch or --update")
+    if asked["sensitivity"] and asked["refine"]:
+        raise click.UsageError("--refine and --sensitivity repeat runs in different ways; remove one of them")
     if asked["update"] and asked["refine"]:
         raise click.UsageError("--refine writes no golden files; remove --refine or --update")
     if asked["update"]:

@@ -104,7 +104,7 @@ WIDEST: Final = 40  # [characters] of an example beside its purpose
 def _too_many(context: click.Context) -> str:
     name = context.command_path.removeprefix("stackdsl ")
     taken = [each.human_readable_name for each in context.command.params if isinstance(each, click.Argument)]
-    return f"{name} takes one {' and one '.join(taken)}" if taken else f"{name} has no arguments"
+    return f"{name} takes only {' and '.join(taken)}" if taken else f"{name} has no arguments"
 
 
 class ExplainedCommand(click.Command):

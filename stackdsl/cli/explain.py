@@ -71,7 +71,7 @@ def _meaning(code: str) -> str:
 # `stackdsl schema`: prints the JSON Schema of scenarios, or of reports.
 
 
-@click.command("schema", cls=ExplainedCommand)
+@click.command("schema")
 @click.option("--report", "of_report", is_flag=True, help="Print the schema of `check --format json` instead.")
 def schema_command(of_report: bool) -> None:
     """Print the JSON Schema of scenarios, for editors."""

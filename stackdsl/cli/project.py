@@ -45,7 +45,7 @@ def new_command(name: str, folder: Path) -> None:
     path = folder / f"{name}.yaml"
     text = first_text(name, schema_seen_from(folder))
     for mistake in cases_of(parse(text, str(path)))[1]:
-        raise click.UsageError(f"{mistake.message}; {_valid_call(Path(name), folder) or mistake.hint}")
+        raise click.UsageError(f"{mistake.message}; {mistake.hint}{_valid_call(Path(name), folder)}")
     make_folder(folder)
     write_new(path, text)
     write(f"wrote {path}; next: stackdsl check {quote(str(path))}")
@@ -56,7 +56,7 @@ def _valid_call(name: Path, folder: Path) -> str:
     valid = re.sub(r"[^a-z0-9]+", "-", name.stem.lower()).strip("-")
     home = name.parent if len(name.parts) > 1 else folder
     to = "" if home == Path(SCENARIOS) else f" --to {quote(str(home))}"
-    return f"write `stackdsl new {valid}{to}`, with lower-case letters, digits and - only" if valid else ""
+    return f"; write `stackdsl new {valid}{to}`" if valid else ""
 
 
 def first_text(name: str, schema: str) -> str:

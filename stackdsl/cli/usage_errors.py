@@ -65,7 +65,7 @@ def _unknown_option(name: str, context: click.Context) -> str:
     if meant := meant_choice(name.lstrip("-"), list(by_word)):
         return f"No such option '{name}'; did you mean '{by_word[meant]}'?"
     common = {each for topic in TOPICS.values() for each in topic}
-    own = [option for option in options if option.name not in common and "--help" not in option.opts]
+    own = [option for option in options if option.name not in {*common, "help"}]
     head = f"No such option '{name}'; `{context.command_path} --help` lists all options, among them:"
     return "\n".join([head, *(_help_of(option, context) for option in own)])
 

@@ -239,7 +239,7 @@ def _without_echoes(details: Sequence[ErrorDetails], meant: dict[KeyPath, str]) 
     for detail in details:
         *path, last = detail["loc"] or ("",)
         others = unknown[tuple(path)][:MOST_COMPARED]
-        is_supplied = detail["loc"] in supplied or any(synonyms_of(other, [str(last)]) for other in others)
+        is_supplied = detail["loc"] in supplied or any(_synonyms(other, [str(last)]) for other in others)
         misspelt = detail["type"] == "missing" and (is_supplied or meant_choice(str(last), others))
         if not misspelt and not _is_echo(detail):
             yield detail
@@ -434,7 +434,7 @@ def _known_key(key: str, written: object, path: KeyPath) -> str:
         return f"put a colon after it: `{first}: {{{rest}: {shown(written)}}}`".replace("'", "")
     if place := _place_of(key, path):
         return place
-    elsewhere = ((meant, _place_of(meant, path)) for meant in synonyms_of(key, WORDS))
+    elsewhere = ((meant, _place_of(meant, path)) for meant in _synonyms(key, WORDS))
     other = next((f"write `{meant}`; {place}" for meant, place in elsewhere if place), "")
     return f"did you mean '{near}'?" if (near := meant_choice(key, siblings)) else other or did_you_mean(key, siblings)
 
@@ -453,14 +453,14 @@ def _place_of(key: str, path: KeyPath) -> str:
     return f"this key belongs in an item of `{lists[0]}`" if lists else ""
 
 
-def synonyms_of(word: str, keys: Iterable[str]) -> list[str]:
+def _synonyms(word: str, keys: Iterable[str]) -> list[str]:
     """Return the keys that new users call by this word."""
     return [key for key, words in WORDS.items() if key in keys and word.lower() in words.split()]
 
 
 def _synonym(word: str, keys: Iterable[str], written: object, path: KeyPath) -> str:
     """Return the key meant by a word in the mapping at a path: the first that permits its value, or the first."""
-    meant = synonyms_of(word, keys)
+    meant = _synonyms(word, keys)
     suits = (key for key in meant if isinstance(written, str) and _permits((*path, key), written))
     return next(suits, meant[0] if meant else "")
 

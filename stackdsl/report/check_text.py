@@ -26,6 +26,7 @@ from stackdsl.report.text import (
     TO_CLAIM,
     change_text,
     closing_line,
+    decided_text,
     ending_text,
     outcome_text,
     unchecked_text,
@@ -105,6 +106,7 @@ def _parts(report: Report, width: int, style: TextStyle) -> Iterator[Block]:
         yield _differences(result, width, report.review)
     yield titled("Unexpected passes (xfail)", list(_xpassed(report)))
     yield titled("Changes at half the time step and twice the iterations", list(_moved(report)))
+    yield titled("Runs a micrometre to either side", list(_sensitive(report)))
     yield titled("Golden files", list(_golden_files(report)))
     if verbose:
         yield titled("Passed expectations", list(_met(report)))
@@ -382,6 +384,15 @@ def _moved(report: Report) -> Iterator[str]:
         yield from (f"{result.name}: {change_text(change)}" for change in result.moved)
     if report.results and all(result.refinement is not None and not result.moved for result in report.results):
         yield "no changes"
+
+
+def _sensitive(report: Report) -> Iterator[str]:
+    asked = [result for result in report.results if result.sensitivity is not None]
+    for result in asked:
+        if found := result.decided_by_a_micrometre:
+            yield f"{result.name}: a micrometre decides: {decided_text(found)}"
+    if asked and not any(result.decided_by_a_micrometre for result in asked):
+        yield "a micrometre decides nothing"
 
 
 def _blocked(report: Report) -> Block:

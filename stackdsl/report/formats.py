@@ -405,6 +405,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "expectations": [_outcome(outcome) for outcome in result.outcomes],
         "truths": [_outcome(outcome) for outcome in result.truths],
         "refinement": None if result.refinement is None else [_change(change) for change in result.refinement],
+        "sensitivity": None if result.sensitivity is None else [_change(change) for change in result.sensitivity],
         "golden": _golden(result.golden) if result.golden is not None else None,
     }
 

@@ -1,6 +1,6 @@
 """The report of a check or a run as text."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import isfinite
 
 from stability.model import BodyId
@@ -14,6 +14,7 @@ from stackdsl.report.warnings import (
     wrong_friction_text,
 )
 from stackdsl.results import (
+    KINDS,
     Change,
     ClaimOutcome,
     EarlyEndSummary,
@@ -85,6 +86,24 @@ def change_text(change: Change) -> str:
     difference = change.difference
     by = f" ({'+' if difference > 0.0 else ''}{significant(difference)} {change.unit})" if difference else ""
     return f"{change.name}: {_seen(change.before, change.unit)} -> {_seen(change.after, change.unit)}{by}"
+
+
+def decided_text(found: Sequence[Change]) -> str:
+    """Return the values of each observation that nearby runs do not share, as in `6 or 14 fallen`."""
+    values: dict[str, list[Seen]] = {}
+    for change in found:
+        values.setdefault(change.name, [change.before]).append(change.after)
+    if fallen := values.get("fallen"):
+        values.pop("drift of what stands", None)  # other bricks stand
+        counts = dict.fromkeys(len(names) for names in fallen if isinstance(names, tuple))
+        which = f" ({' or '.join(_seen(names, '') for names in dict.fromkeys(fallen))})" if len(counts) == 1 else ""
+        told = [f"{' or '.join(map(str, sorted(counts)))} fallen{which}"]
+    else:
+        told = []
+    for name, seen in values.items():
+        if name != "fallen":
+            told.append(f"{name}: {' or '.join(dict.fromkeys(_seen(each, KINDS[name].unit) for each in seen))}")
+    return "; ".join(told)
 
 
 def _seen(value: Seen, unit: str) -> str:

@@ -44,7 +44,7 @@ def test_the_words_of_a_module_are_its_names() -> None:
 def test_a_wrong_parameter_is_told_with_the_one_that_is_meant() -> None:
     with pytest.raises(TypeError, match=r"^layouts.column has no key 'levls'; did you mean 'levels'\?$"):
         layouts.column(**{"levls": 3})  # type: ignore[arg-type, unused-ignore]
-    with pytest.raises(TypeError, match=r"^layouts.column takes only keywords; choose from: .*levels="):
+    with pytest.raises(TypeError, match=r"^column\(\) takes 0 positional arguments but 1 was given"):
         layouts.column(3)  # type: ignore[arg-type, call-arg, misc, unused-ignore]
 
 

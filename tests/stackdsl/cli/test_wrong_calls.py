@@ -19,7 +19,7 @@ WRONG_CALLS = [
     ("sweep scene.yaml", "example: stackdsl sweep shaky.yaml --out rows.jsonl"),
     ("new", "example: stackdsl new tower"),
     ("check --time-limit 5m", "Time limit of a case [s]."),
-    ("run scene.yaml slow", "run takes one FILE; write -k slow to select cases by name"),
+    ("run scene.yaml slow", "run takes only FILE; write -k slow to select cases by name"),
     ("run scene.yaml other.yaml", "call `stackdsl run` once for each file"),
     ("new scenarios/foo.yaml", "write `stackdsl new foo`"),
     ("new drafts/My_Tower", "write `stackdsl new my-tower --to drafts`"),
