@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import linprog
 from scipy.sparse import coo_matrix
 
-from benchmarks.equilibrium_programs import AXES, GRAVITY, Touch, UprightBox, contacts_of
+from benchmarks.equilibrium_programs import AXES, GRAVITY, SOLVERS, Touch, UprightBox, contacts_of
 
 SIDES = 24
 MOST = 1e4  # a larger load factor is not computed
@@ -40,7 +40,10 @@ JointOf = Callable[[int | None, int | None], Strength | None]
 
 
 def load_factors(boxes: Sequence[UprightBox], friction: float, joint_of: JointOf) -> tuple[float, float]:
-    """Return a lower and an upper bound of the load factor; infinite for more than `MOST`."""
+    """Return a lower and an upper bound of the load factor; infinite for more than `MOST`.
+
+    Raises ArithmeticError if no solver finds them.
+    """
     return _load_factor(boxes, friction, joint_of, cos(pi / SIDES)), _load_factor(boxes, friction, joint_of, 1.0)
 
 
@@ -76,9 +79,16 @@ def _load_factor(boxes: Sequence[UprightBox], friction: float, joint_of: JointOf
     cost = np.zeros(columns)
     cost[-1] = -1.0
     bounds = [(None, None)] * (columns - 1) + [(0.0, MOST)]
-    for method in ("highs", "highs-ipm"):
+    for method, presolve in SOLVERS:
         solved = linprog(
-            cost, above, [bound for _, bound in limits], equal, np.zeros(6 * len(boxes)), bounds, method=method
+            cost,
+            above,
+            [bound for _, bound in limits],
+            equal,
+            np.zeros(6 * len(boxes)),
+            bounds,
+            method=method,
+            options={"presolve": presolve},
         )
         if solved.status == OPTIMAL:
             return inf if solved.x[-1] >= 0.999 * MOST else float(solved.x[-1])

@@ -16,6 +16,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # for type checkers; at run time `__getattr__` loads the same names
+    from stability.analysis.load_factor import load_factor
     from stability.analysis.margins import margins
     from stability.analysis.uniqueness import outcome
     from stability.contact_law import Friction, Rule
@@ -23,6 +24,7 @@ if TYPE_CHECKING:  # for type checkers; at run time `__getattr__` loads the same
     from stability.engines.pybullet.client import UnknownShapeWarning
     from stability.geometry.box import Box, OffCentreBox
     from stability.geometry.solid_making import prism, solid_of_corners, solid_of_mesh
+    from stability.joints import Bond, JointRule, Joints, Pull, Studs
     from stability.model import Brick, Plane, Pose
     from stability.problem import Placed, Stability, Verdict
     from stability.stabilizers.exact.stabilizer import ProvenStability
@@ -32,23 +34,29 @@ if TYPE_CHECKING:  # for type checkers; at run time `__getattr__` loads the same
 
 __all__ = [
     "Assembly",
+    "Bond",
     "Box",
     "Brick",
     "Friction",
+    "JointRule",
+    "Joints",
     "OffCentreBox",
     "Placed",
     "Plane",
     "Pose",
     "ProvenStability",
+    "Pull",
     "PyBulletBodies",
     "Rule",
     "Stability",
     "StackStability",
+    "Studs",
     "UnknownShapeWarning",
     "Verdict",
     "bricks_in_poses",
     "bricks_of",
     "forces_of",
+    "load_factor",
     "margins",
     "outcome",
     "pose_of",
@@ -65,6 +73,12 @@ _HOMES = {
     "Rule": "stability.contact_law",
     "Friction": "stability.contact_law",
     "Assembly": "stability.statics.assembly",
+    "Bond": "stability.joints",
+    "JointRule": "stability.joints",
+    "Joints": "stability.joints",
+    "Pull": "stability.joints",
+    "Studs": "stability.joints",
+    "load_factor": "stability.analysis.load_factor",
     "Box": "stability.geometry.box",
     "Brick": "stability.model",
     "OffCentreBox": "stability.geometry.box",

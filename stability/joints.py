@@ -173,7 +173,7 @@ def _joined(pieces: Sequence[tuple[Vec3, float]]) -> tuple[Vec3, float]:
 class JointRule:
     """Joint between each body of one set and each of another."""
 
-    joint: Joint
+    joint: Joint | None  # None for dry contacts, whatever later rules say
     between: tuple[Collection[BodyId], Collection[BodyId]]
 
     def holds(self, one: BodyId, other: BodyId) -> bool:
@@ -218,10 +218,11 @@ def admit_joints(joints: object) -> None:
     if not isinstance(joints, Joints):
         raise TypeError(f"expected Joints(...), not {short_repr(joints)}")
     for rule in joints.rules:
-        if not isinstance(rule, JointRule) or not isinstance(rule.joint, Bond | Pull | Studs):
+        if not isinstance(rule, JointRule) or not isinstance(rule.joint, Bond | Pull | Studs | None):
             raise TypeError(f"expected JointRule(Bond(...), (names, names)), not {short_repr(rule)}")
-        for each in fields(rule.joint):
-            _admit(rule.joint, each.name, getattr(rule.joint, each.name))
+        if rule.joint is not None:
+            for each in fields(rule.joint):
+                _admit(rule.joint, each.name, getattr(rule.joint, each.name))
 
 
 def _admit(joint: Joint, name: str, number: float) -> None:

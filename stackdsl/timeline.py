@@ -12,6 +12,7 @@ from typing import Literal, TypeAlias
 
 from stability.contact_law import GivenFriction, as_friction
 from stability.dynamics.ground_motion import GroundMotion, HandCourse
+from stability.joints import DRY, Joints
 from stability.model import AT_REST, BodyId, Brick, Plane, Pose, Vec3
 from stability.problem import Tolerances
 from stability.statics.assembly import Assembly
@@ -25,10 +26,16 @@ class FixedWorld:
     friction: GivenFriction  # of brick on brick: one coefficient, or a law with exceptions
     planes: tuple[Plane, ...]  # the ground first
     touching: float = inf  # [m] widest gap that statics counts as contact, as `Tolerances.within`
+    joints: Joints = DRY
 
     def assembly(self) -> Assembly:
         """Return an assembly for statics, without bricks."""
-        return Assembly(self.planes, self.friction, self.gravity, self.tolerances, overlap=inf)
+        return Assembly(self.planes, self.friction, self.gravity, self.tolerances, overlap=inf, joints=self.joints)
+
+    @property
+    def has_joints(self) -> bool:
+        """Return whether bodies may be joined: then the structure is judged at rest, and no motion is played."""
+        return bool(self.joints.rules)
 
     @property
     def tolerances(self) -> Tolerances:

@@ -35,6 +35,8 @@ class VerdictMargins:
     certainty: str = ""  # reason for `guaranteed`; empty where normal forces alone balance everything
     squeezed: bool | None = None  # whether the margins rely on contacts whose pressure statics does not determine
     weakest: Weakest | None = None  # the mechanism that opens first under the least acceleration
+    load_factor: float | None = None  # multiple of its own weight that it bears; inf for any
+    yields: str = ""  # what gives way first above that load factor; empty if nothing does
 
 
 # Trace of one run: plain data for judge, snapshot and report.

@@ -56,7 +56,17 @@ GROUPS: Final = {
     "How to": ["seeing", "loads", "python-api", "your-own-pybullet-world", "own-engine", "scale"],
     "Reference": ["command", "language", "formats", "units", "columns", "../stackdsl/diagnostics", "api", "glossary"],
     "Background": [
-        *("physics", "load-core", "systems", "speed-against-error", "benchmarks", "moving-part", "method", "cite"),
+        *(
+            "physics",
+            "joints",
+            "load-core",
+            "systems",
+            "speed-against-error",
+            "benchmarks",
+            "moving-part",
+            "method",
+            "cite",
+        ),
         *("../SECURITY", "../CHANGELOG", "../CONTRIBUTING"),
     ],
 }

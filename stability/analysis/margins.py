@@ -193,9 +193,11 @@ def margins(
 ) -> Margins | None:
     """Return all margins; None if the problem is not proven to stand.
 
-    See `acceleration`, `least_friction` and `placement`.
+    See `acceleration`, `least_friction` and `placement`. Raises OtherLawError for bricks with joints, whose margin is
+    `load_factor`.
     """
     admit_problem(problem)
+    problem.require_dry("the computation of these margins")
     admit_in_range("the tolerance is", tolerance, 1e-15, 0.5, "write a fraction of the limit, from 1e-15 to 0.5")
     if gravity is not None:
         admit_in_range("the gravity is", gravity, WEAKEST, STRONGEST, "write a number greater than 0, in m/s2")

@@ -13,6 +13,7 @@ from stability.contacts.detection import contact_between, contact_with_plane
 from stability.geometry.box_distance import gap_bridged, reach_between
 from stability.geometry.placed_shape import apart, apart_from_plane
 from stability.geometry.vectors import add, add_scaled, cross, dot, subtract, unit
+from stability.joints import DRY, Joints
 from stability.model import GROUND, BodyId, Plane, Vec3
 from stability.problem import UP, ZERO, Contact, Motion, Placed, Problem, Stability, Tolerances, Verdict, Wrench
 from stability.statics.assembly import Assembly
@@ -38,6 +39,7 @@ class Piling:
     stages: Sequence[Sequence[Placed]]
     pulled: Mapping[int, Sequence[BodyId]] = field(default_factory=dict)  # by the number of the next stage
     tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
+    joints: Joints = DRY
 
     @property
     def bricks(self) -> list[Placed]:
@@ -73,7 +75,8 @@ class Piling:
 
     def assembly(self) -> Assembly:
         """Return an assembly of the fixed bodies only."""
-        return Assembly(self.planes, self.friction, self.gravity, self.tolerances, overlap=inf)
+        site = self.planes, self.friction, self.gravity, self.tolerances
+        return Assembly(*site, overlap=inf, joints=self.joints)
 
     def shifted(self, shifts: Mapping[BodyId, Shift]) -> "Piling":
         """Return the same build with each brick moved by the sum of its shifts."""

@@ -95,11 +95,16 @@ MOST = 300  # most bricks in one program, which takes a tenth of a second; of la
 
 
 def as_it_begins(assembly: Assembly, verdict: Verdict) -> Verdict:
-    """Return the verdict with all moving bricks and their initial motion; unchanged if none is proven to fall."""
+    """Return the verdict with all moving bricks and their initial motion.
+
+    Unchanged if none is proven to fall, or for bricks with joints, whose initial motion is not computed.
+    """
     if verdict.stability is not Stability.UNSTABLE or verdict.motion is None:
         return verdict
 
     problem = assembly.problem(_around(assembly, verdict.moving))
+    if problem.has_joints:
+        return verdict
     motion = onset(problem, verdict.motion)
     if motion is None:
         return verdict

@@ -22,6 +22,7 @@ class BoundedRows:
     laws: PointLaws  # of these cones
     units: Array  # (n, 2) of normal and tangential forces [N]
     least: Array  # (n,) least normal force
+    lift: Array  # (n,) opening speed per sliding speed above which the power of forces is bounded
     borders: tuple[tuple[Indices, Array, Array], ...]  # indices among these cones, their intercepts and slopes
 
     def project(self, rows: Array, others: Array) -> Array:
@@ -61,12 +62,13 @@ def bounded_rows(contacts: Sequence[Contact], with_rows: Indices, row_scale: Arr
     own = [(contact.law, size) for contact, size in zip(contacts, sizes, strict=True) if not contact.law.is_cone]
     laws = PointLaws.of([law for law, _ in own], np.array([size for _, size in own], dtype=np.int64))
     units = np.stack([row_scale[3 * cones], row_scale[3 * cones + 1]], axis=1)
-    least, borders = np.zeros(len(cones)), []
+    least, lift, borders = np.zeros(len(cones)), np.zeros(len(cones)), []
     every = np.arange(len(cones))
     for where, law in laws.of_kinds:
+        lift[where] = law.lift(1.0) * units[where, 0] / units[where, 1]
         least[where] = law.least_normal / units[where, 0]
         for intercept, slope in law.borders:
             limit = intercept / units[where, 1]
             finite = np.isfinite(limit)
             borders.append((every[where][finite], limit[finite], (slope * units[where, 0] / units[where, 1])[finite]))
-    return BoundedRows(cones, laws, units, least, tuple(borders))
+    return BoundedRows(cones, laws, units, least, lift, tuple(borders))

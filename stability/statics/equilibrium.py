@@ -222,6 +222,9 @@ def balance(
 # Requested accuracies of the programs for bounded forces, tried in turn, from the second time on in the units of the
 # forces that were computed first.
 ACCURACIES = (1e-12, 1e-12, 1e-10, 1e-8)
+MOST_STRAIGHTENED = 600  # columns, of a dense matrix
+SHUT = 1e-6  # of the fastest slip: contacts that open or close more slowly are taken as shut
+RANK = 1e-10  # smaller singular values count as zero
 STILL = (1e-4, 1e-3, 1e-5, 1e-6, 1e-7, 1e-9, 0.0)  # as `QUIET`, for the programs of bounded forces
 
 
@@ -365,7 +368,28 @@ def proven_motion(
         for motion in nudged_motions(problem, system.motion(columns, share)):
             if check_motion(problem, motion, tolerances).holds:
                 return motion
+        if system.bounded is not None:
+            motion = system.motion(_straightened(system, columns, share), share)
+            if check_motion(problem, motion, tolerances).holds:
+                return motion
     return None
+
+
+def _straightened(system: WrenchMatrix, columns: Array, quiet: float) -> Array:
+    """Return velocities near the given ones for which contacts that hardly open or close are exactly shut.
+
+    A separating motion, which would open them, exists only where bricks are free to rise.
+    """
+    moving = system.columns_of(system.motion(columns, quiet)) != 0.0
+    columns = np.where(moving, columns, 0.0)
+    if not 0 < moving.sum() <= MOST_STRAIGHTENED:
+        return columns
+    for _ in range(MOST_CORRECTIONS):
+        slack, slopes = system.opening(columns)
+        near = np.abs(slack) < SHUT * np.abs(slack).max(initial=0.0)
+        change = np.linalg.lstsq(slopes[near][:, moving].toarray(), -slack[near], rcond=RANK)[0]
+        columns[moving] += change
+    return columns
 
 
 def nudged_motions(problem: Problem, motion: Motion) -> Iterator[Motion]:

@@ -74,6 +74,23 @@ class WrenchMatrix:
         normal = rows[self.rows.normals]
         return self.rows.by_row(normal if self.bounded is None else self.bounded.above_least(normal))
 
+    def opening(self, columns: Array) -> tuple[Array, Sparse]:
+        """Return by cone the excess of its opening speed over the least one for bounded power, and the derivatives."""
+        from scipy.sparse import csr_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+        rows = self.matrix @ columns
+        slope = np.ones(self.rows.round)
+        if self.bounded is not None:
+            slope[self.bounded.cones] = self.bounded.lift
+        triples = self.rows.triples(rows)
+        sliding = np.hypot(triples[:, 1], triples[:, 2])
+        along = slope[:, None] * triples[:, 1:] / np.where(sliding > 0.0, sliding, 1.0)[:, None]
+        factors = np.append(np.column_stack([np.ones(len(along)), -along]).ravel(), np.ones(self.rows.flat))
+        cones = np.append(np.repeat(np.arange(self.rows.round), 3), self.rows.round + np.arange(self.rows.flat))
+        gather = csr_matrix((factors, (cones, np.arange(len(factors)))), shape=(len(self.rows.normals), len(factors)))
+        excess = np.append(triples[:, 0] - slope * sliding, self.rows.singles(rows))
+        return excess, (gather @ self.matrix).tocsr()
+
     def wrench_of(self, wrenches: Mapping[BodyId, Wrench]) -> Array:
         """Return wrenches on bricks, in the units and order of the columns."""
         columns: Array = (wrench_array(self.names, wrenches).ravel() / self.column_scale)[self.kept]

@@ -134,11 +134,13 @@ def _(found: CaseMargins) -> Display:
         friction=found.friction,
         placement=found.placement,
         joints=found.joints,
+        load_factor=found.load_factor,
     )
     texts = [*margin_texts(known)] or ["any disturbance"]
     lines = [*zip(["survives", *[""] * (len(texts) - 1)], texts, strict=True)]
     lines += [("weakest", weakest_text(found.weakest).removeprefix("weakest: "))] if found.weakest else []
     lines += [("limit", joints_text(found.joints))] if found.joints else []
+    lines += [("beyond", found.yields)] if found.yields else []
     return Display(found.name, [*lines, *notes], f"\u2713 {found.verdict}", True)
 
 

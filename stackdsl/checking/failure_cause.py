@@ -66,7 +66,7 @@ def _limit_of_margins(case: Case, trace: Trace) -> str:
         return ""
     if margins.weakest is not None:
         return "; ".join([weakest_text(margins.weakest), *([apart_text(margins.apart)] if margins.apart else [])])
-    return joints_text(margins.joints)
+    return margins.yields or joints_text(margins.joints)
 
 
 def _see(case: Case, proven: bool) -> str:
@@ -162,6 +162,8 @@ def _action_text(together: Sequence[Action], timeline: Timeline) -> str:
 
 
 def _first(trace: Trace) -> str:
+    if trace.collapse is not None and not trace.collapse.by:
+        return "the collapse is proven; the motion of bricks with joints is not played"
     if trace.collapse is not None:
         return f"{trace.collapse.brick} fell first: it had {trace.collapse.by} at {trace.collapse.time:.3f} s"
     worst = max(trace.tracks.values(), key=lambda track: track.shift, default=None)

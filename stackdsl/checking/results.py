@@ -100,6 +100,9 @@ def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
 
 
 def _obstacle(case: Case, blocked: Blocked) -> Diagnostic:
+    if blocked.unplayed:
+        span = case.source.key_span_of(("joints",))
+        return Diagnostic("SD211", span, blocked.unplayed, "run it on `exact`, or remove `joints`")
     if blocked.too_much:
         hint = (
             f"use fewer bricks, move hands faster, simulate a shorter time, or use claims that statics decides; {HINT}"

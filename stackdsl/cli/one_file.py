@@ -10,6 +10,7 @@ from typing import Any, Final, Generic, TypeAlias, TypeVar
 
 import click
 
+from stability.contact_law import OtherLawError
 from stability.work_limit import TooMuchWorkError, limited
 from stackdsl import work
 from stackdsl.checking.cases import Case, GatheredCases
@@ -127,7 +128,7 @@ class Request:
 
 @contextmanager
 def refusing(what: str, instead: str) -> Iterator[list[str]]:
-    """Stop the block if it takes too much work, and report it; the list is not empty then."""
+    """Stop the block if it takes too much work or does not support joints, and report it in the list."""
     refused: list[str] = []
     try:
         with limited(work.limit()):
@@ -135,6 +136,9 @@ def refusing(what: str, instead: str) -> Iterator[list[str]]:
     except TooMuchWorkError as error:
         refused.append(str(error))
         tell(f"{what} takes too much work: {error}; {instead}, {work.HINT}")
+    except OtherLawError as error:
+        refused.append(str(error))
+        tell(f"{what}: {error}; see `stackdsl explain`")
 
 
 def statics_command(name: str, plot: bool = False) -> Callable[[Callable[..., ExitCode]], click.Command]:

@@ -11,7 +11,7 @@ from stability.analysis.building_order import OrderSearch
 from stability.analysis.removal_order import LongestSearch, Pull, carrying, single_pulls, soonest_fall
 from stability.analysis.subset_search import Subsets, props_of
 from stability.model import BodyId
-from stability.problem import Stability
+from stability.problem import Stability, Verdict
 from stability.statics.assembly import Assembly
 from stability.work_limit import TooMuchWorkError
 from stackdsl.checking.cases import Case
@@ -85,7 +85,9 @@ def survive_command(request: Request, bearings: int, accuracy: float) -> ExitCod
     refuse_several(request.plot, len(cases))
     questions = ((name, _survival(name, case, bearings, accuracy)) for name, case in cases.items())
     found, code = request.answer(questions, SURVIVAL, "use fewer --bearings or fewer bricks")
-    if request.plot is not None and found:
+    if request.plot is not None and found and not found[0][1].along:
+        tell(f"{found[0][0]}: no plot is drawn, as accelerations are not computed for bricks with joints")
+    elif request.plot is not None and found:
         name, worst = found[0]
         draw(partial(drawn_survival, name, worst, expected=_expected(cases[name])), request.plot)
     return code
@@ -247,11 +249,20 @@ def suggest_command(request: Request) -> ExitCode:
     return request.answer(questions, IN_PARTS, "use a part of the build or fewer bricks")[1]
 
 
+def _why_no_repair(case: Case, verdict: Verdict) -> str:
+    """Return why no changes are searched; empty if the structure stands, or falls without joints."""
+    if verdict.stability is Stability.UNDECIDED:
+        return f"it is undecided whether it stands ({verdict.reason}), so there is nothing to repair"
+    if verdict.stability is Stability.UNSTABLE and case.timeline.world.has_joints:
+        return f"it falls ({verdict.reason}); changes are not searched for bricks with joints"
+    return ""
+
+
 def _suggestions(name: str, case: Case) -> Parts:
     proofs = proofs_of(case.timeline)
     verdict = proofs.verdict
-    if verdict.stability is Stability.UNDECIDED:
-        tell(f"{name}: it is undecided whether it stands ({verdict.reason}), so there is nothing to repair")
+    if hopeless := _why_no_repair(case, verdict):
+        tell(f"{name}: {hopeless}")
         return
     if verdict.stability is Stability.STABLE:
         missed, fall = [*missed_lines(case, proofs.assembly)], fall_apart(proofs.assembly)

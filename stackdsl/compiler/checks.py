@@ -326,7 +326,8 @@ def _misfit(
         if other.path == brick.written.path:
             return "SD201", f"{message}, of the same layout", _wider(brick.written, other, scenario)
         return "SD201", message, _elsewhere(brick.written, other, bricks, scenario)
-    if fit.in_the_air and not brick.written.drop:
+    may_be_joined = bool(scenario.joints and (fit.beside_boxes or fit.beside_planes))
+    if fit.in_the_air and not brick.written.drop and not may_be_joined:
         above = "" if fit.clearance == inf else f"; the nearest body below is {_distances(fit.clearance, fit.reach)}"
         hint = "place it on a support, or write `drop: true` to let it fall"
         if of_layout:

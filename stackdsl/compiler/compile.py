@@ -37,6 +37,7 @@ from stackdsl.compiler.hands import (
     moves_through_planes,
 )
 from stackdsl.compiler.impacts import ImpactActions, early_removals, impact_actions
+from stackdsl.compiler.joints import invalid_joints, joints_of
 from stackdsl.compiler.schedule import (
     ResolvedScenario,
     missiles_of,
@@ -256,6 +257,7 @@ CHECKS: Final[Sequence[Check]] = (
     excessive_counts,
     contradictions,
     invalid_friction_pairs,
+    invalid_joints,
 )
 CHECKS_IN_TIME: Final[Sequence[Check]] = (
     early_removals,
@@ -318,9 +320,10 @@ def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     yield from too_many_in_margins(bricks, scenario, source)
 
 
-def _world(scenario: Scenario, friction: GivenFriction, planes: tuple[Plane, ...]) -> FixedWorld:
-    touching = scenario.world.touching
-    return FixedWorld(scenario.world.gravity, friction, planes, inf if touching is None else touching)
+def _world(built: ResolvedScenario, scenario: Scenario, planes: tuple[Plane, ...]) -> FixedWorld:
+    touching, friction = scenario.world.touching, friction_of(built, scenario)
+    within = inf if touching is None else touching
+    return FixedWorld(scenario.world.gravity, friction, planes, within, joints_of(built, scenario))
 
 
 def _timeline(built: ResolvedScenario, impacts: Iterable[tuple[ActionOrder, Action]], scenario: Scenario) -> Timeline:
@@ -333,7 +336,7 @@ def _timeline(built: ResolvedScenario, impacts: Iterable[tuple[ActionOrder, Acti
     others = placed.keys() - {carried.brick.name for carried in by_hand}
     placements = [(brick.placed, placed[brick.name]) for brick in built.in_order if brick.name in others]
     return Timeline(
-        _world(scenario, friction_of(built, scenario), planes),
+        _world(built, scenario, planes),
         tuple(
             action
             for _, action in sorted(

@@ -6,6 +6,7 @@ from math import cos, inf
 
 from stability.analysis.acceleration_margin import acceleration, tilt
 from stability.analysis.bearings import Survived, by_bearing
+from stability.analysis.load_factor import load_factor
 from stability.analysis.margins import least_friction
 from stability.analysis.piling import Piling
 from stability.analysis.placement_margin import placement
@@ -29,6 +30,7 @@ from stability.statics.fall_description import described
 from stability.statics.initial_motion import find_start
 from stackdsl.timeline import HandAction, PushAction, Removal, ShakeAction, Timeline, leaves_to_engine
 from stackdsl.trace import Trace, VerdictMargins
+from stackdsl.wording import how_many
 
 # Timeline -> proofs: a verdict after each placement, without an engine.
 #
@@ -185,7 +187,7 @@ def piling_of(timeline: Timeline) -> Piling:
     stages += [[]] if len(stages) in pulled else []
     world = timeline.world
     removed = {turn: names for turn, names in pulled.items() if names}
-    return Piling(world.planes, world.friction, world.gravity, stages, removed, world.tolerances)
+    return Piling(world.planes, world.friction, world.gravity, stages, removed, world.tolerances, world.joints)
 
 
 # Margins of the proof that a structure stands, computed on request: each solves a separate program.
@@ -220,14 +222,20 @@ def margins_of_assembly(
 ) -> VerdictMargins:
     """Return the requested margins of an assembly; none if it is not proven to stand.
 
+    Bricks with joints have no other margin than the load factor, which is returned in place of any other one.
     `on_stage` is called with the name of each computation.
     """
     if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
         return VerdictMargins()
     problem, margins = assembly.problem(), VerdictMargins()
+    if "load_factor" in requested or (problem.has_joints and requested):
+        on_stage("load factor")
+        margins = _loaded(problem)
+    if problem.has_joints:
+        return margins  # the other margins are those of dry structures
     if {"acceleration", "tilt"}.intersection(requested):
         on_stage("margin of acceleration and tilt")
-        margins = _shaken(problem, assembly.gravity)
+        margins = _shaken(problem, assembly.gravity, margins)
     if "friction" in requested:
         on_stage("margin of friction")
         roughest = max((contact.law.friction for contact in problem.contacts), default=0.0)
@@ -247,20 +255,39 @@ def margins_of_assembly(
 
 
 def weakest_of(assembly: Assembly) -> Weakest | None:
-    """Return the mechanism that opens first; None if the assembly is not proven to stand, or is held on all sides."""
-    if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
+    """Return the mechanism that opens first under an acceleration.
+
+    None if the assembly is not proven to stand, is held on all sides, or has joints.
+    """
+    if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE or assembly.problem().has_joints:
         return None
     return weakest(assembly.problem(), assembly.gravity)
 
 
-def _shaken(problem: Problem, gravity: float) -> VerdictMargins:
+def _loaded(problem: Problem) -> VerdictMargins:
+    found = load_factor(problem)
+    if found is None:
+        return VerdictMargins()
+    if found.motion is None:
+        return VerdictMargins(load_factor=found.factor)
+    yields = described(problem, found.motion)
+    if found.joints:
+        first, more = found.joints[0], len(found.joints) - 1
+        others = f", with {how_many(more, 'other joint')}" if more else ""
+        yields = f"{yields}; the joint between {first.lower} and {first.upper} gives way{others}"
+    return VerdictMargins(load_factor=found.factor, yields=yields)
+
+
+def _shaken(problem: Problem, gravity: float, margins: VerdictMargins) -> VerdictMargins:
     worst = acceleration(problem, gravity=gravity)
     if worst is None:
-        return VerdictMargins()
+        return margins
     first = weakest_at(problem, worst)
     bearing = worst.bearing if first is None else first.bearing
     alone = apart(problem, gravity, worst.value)
-    return VerdictMargins(acceleration=worst.value, apart=alone, bearing=bearing, tilt=tilt(worst.value), weakest=first)
+    return replace(
+        margins, acceleration=worst.value, apart=alone, bearing=bearing, tilt=tilt(worst.value), weakest=first
+    )
 
 
 LESS = 1e-3  # share of a margin by which it must be less without friction between side faces to be told
@@ -278,7 +305,8 @@ def fall_apart(assembly: Assembly) -> Apart | None:
         assembly.stage(name) is not Stage.CONES for name in assembly.bricks
     ):
         return None  # vertical forces hold it without such friction, or the program takes long
-    return fall_without_neighbours(assembly.problem())
+    problem = assembly.problem()
+    return None if problem.has_joints else fall_without_neighbours(problem)
 
 
 # The acceleration that a structure survives, by bearing, proven without an engine.
@@ -310,6 +338,9 @@ class Survival(Printed):
     apart: Apart | None = None  # what it survives without friction between side faces, if less
     name: str = ""  # of the case
     notes: tuple[str, ...] = ()  # parts of the case that are not judged
+    # Multiple of its own weight that a structure with joints bears, which has no bearings; and what gives way above it.
+    load_factor: float | None = None
+    yields: str = ""
 
     @property
     def worst(self) -> BearingSurvival:
@@ -323,11 +354,19 @@ def survival_of(
 ) -> Survival | None:
     """Return the survived acceleration along `count` bearings; None if the assembly is not proven to stand.
 
-    `accuracy` is relative. `on_progress` is called with the number of bearings that are finished.
+    Of a structure with joints, only the load factor is computed. `accuracy` is relative. `on_progress` is called with
+    the number of bearings that are finished.
     """
     if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
         return None
     problem = assembly.problem()
+    if problem.has_joints:
+        loaded = _loaded(problem)
+        return (
+            None
+            if loaded.load_factor is None
+            else Survival((), None, load_factor=loaded.load_factor, yields=loaded.yields)
+        )
     bearings = by_bearing(problem, count, accuracy, assembly.gravity, on_progress=on_progress)
     if bearings is None:
         return None

@@ -219,7 +219,7 @@ class Remedies:
 def remedies_of(scenario_numbers: ScenarioNumbers, timeline: Timeline, proofs: Proofs) -> Remedies:
     """Return the remedies of a timeline whose `proofs` end with a fall."""
     verdict = proofs.assembly.verdict()
-    if verdict.stability is not Stability.UNSTABLE:
+    if verdict.stability is not Stability.UNSTABLE or timeline.world.has_joints:
         return Remedies()
     rising = rising_in(verdict)
     return Remedies(

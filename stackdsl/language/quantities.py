@@ -128,6 +128,7 @@ UNITS: Final[Mapping[str, str]] = {
     # An angle has its own dimension here, so that `sin(0.5)` and `tilt: 50 %` are reported as mistakes.
     **{"rad": "[angle]", "deg": "3.14159265358979323846264338327950288 / 180 * rad"},
     **{"N": "kg * m / s**2", "mN": "0.001 * N", "J": "N * m", "g0": "9.80665 * m / s**2", "percent": "0.01"},
+    **{"kN": "1000 * N", "Pa": "N / m**2", "kPa": "1000 * Pa", "MPa": "1000000 * Pa"},
 }
 # The factor from each unit to SI. A test compares it with pint, whose import takes longer than most checks.
 _IN_SI: Final[Mapping[str, Fraction]] = {
@@ -141,6 +142,7 @@ _IN_SI: Final[Mapping[str, Fraction]] = {
     **{"s": Fraction(1), "ms": Fraction(1, 1000), "min": Fraction(60), "Hz": Fraction(1)},
     **{"kg": Fraction(1), "g": Fraction(1, 1000)},
     **{"rad": Fraction(1), "deg": Fraction("3.14159265358979323846264338327950288") / 180},
+    **{"Pa": Fraction(1), "kPa": Fraction(1000), "MPa": Fraction(10**6), "kN": Fraction(1000)},
     **{
         "N": Fraction(1),
         "mN": Fraction(1, 1000),
@@ -204,11 +206,14 @@ ACCELERATION: Final = Dimension(
 # At higher speeds thin bricks pass through each other in the engines.
 SPEED: Final = Dimension("a speed", ("m/s", "cm/s", "mm/s"), "2 m/s", 0.0, 20.0, positive=True)
 IMPULSE: Final = Dimension("an impulse", ("N*s", "mN*s", "kg*m/s", "g*m/s"), "0.01 N*s", -1e6, 1e6)
+FORCE: Final = Dimension("a force", ("N", "kN", "mN"), "2 N", 0.0, 1e9)
+STRENGTH: Final = Dimension("a strength", ("MPa", "kPa", "Pa", "N/mm2"), "0.2 MPa", 0.0, 1e12)
 COUNT: Final = Dimension("a count", (), "<= 2", 0, 10**9, needs_unit=False, whole=True)
 LEVEL: Final = Dimension("a level", (), "level 9 ± 1", 1, 10**9, needs_unit=False, whole=True, prefix="level")
 SHARE: Final = Dimension("a share", ("%",), "25 %", 0.0, 1.0, needs_unit=False)
 
 PARTS_OF_G: Final = Dimension("an acceleration in g", (), ">= 0.05 g", 0.0, 1e3, needs_unit=False, own_unit="g")
+LOAD_FACTOR: Final = Dimension("a load factor", (), ">= 1.5", 0.0, 1e9, needs_unit=False)
 COEFFICIENT: Final = Dimension("a coefficient of friction", (), "<= 0.2", 0.0, 10.0, needs_unit=False)
 
 

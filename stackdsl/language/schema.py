@@ -27,6 +27,7 @@ from stackdsl.language.claims.claim_kind import CLAIMS, KindOfClaim
 from stackdsl.language.hands import ByHand, HandErrors
 from stackdsl.language.impacts import IMPACTS, Impact, KindOfImpact
 from stackdsl.language.imports import Import
+from stackdsl.language.joints import Joints
 from stackdsl.language.layouts.registry import LAYOUTS, Layout, LayoutParams
 from stackdsl.language.model_base import AnchorText, AuthorModel, Shorthand, Timed, default, with_kinds
 from stackdsl.language.quantities import InputError
@@ -345,6 +346,7 @@ class Scenario(AuthorModel):
     )
     brick: BrickKind = default("kapla", "kind of brick of the structure")
     friction: t.Friction = Field(0.5, description="Coulomb friction coefficient between bricks")
+    joints: Joints = Field((), description="mortar, glue, magnets and studs; the first item about two bodies counts")
     world: World = Field(default_factory=World, description="gravity, ground, walls, tilt, shaking")
     # Validated by `variants.expand`, which also fills them in.
     let: Annotated[object, t.variables_schema(t.VALUE)] = Field(

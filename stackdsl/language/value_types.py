@@ -18,10 +18,12 @@ from stackdsl.language.quantities import (
     DENSITY,
     DURATION,
     EXTENT,
+    FORCE,
     FREQUENCY,
     IMPULSE,
     LENGTH,
     LEVEL,
+    LOAD_FACTOR,
     MASS,
     PARTS_OF_G,
     SHARE,
@@ -29,6 +31,7 @@ from stackdsl.language.quantities import (
     SIGNED,
     SLOPE,
     SPEED,
+    STRENGTH,
     Dimension,
     InputError,
     parse_quantity,
@@ -171,6 +174,8 @@ Mass = Annotated[float, quantity(MASS)]  # [kg]
 Acceleration = Annotated[float, quantity(ACCELERATION)]  # [m/s2]
 Speed = Annotated[float, quantity(SPEED)]  # [m/s]
 Impulse = Annotated[float, quantity(IMPULSE)]  # [N s], either sign
+Force = Annotated[float, quantity(FORCE)]  # [N]
+Strength = Annotated[float, quantity(STRENGTH)]  # [Pa]
 MOST_SHAKEN: Final = 1e3  # [m/s2] a hundred times gravity: more is a typo
 FASTEST_SHAKEN: Final = 100.0  # [Hz] the time steps of the engines do not resolve faster shaking
 ShakeFrequency = Annotated[float, quantity(replace(FREQUENCY, most=FASTEST_SHAKEN, positive=True))]  # [Hz]
@@ -190,6 +195,7 @@ CountTolerance = Annotated[Tolerance, _tolerance(COUNT, "<= 2")]
 LevelTolerance = Annotated[Tolerance, _tolerance(LEVEL, "level 9 ± 1")]
 SlopeTolerance = Annotated[Tolerance, _tolerance(SLOPE, ">= 3 deg")]
 GravityTolerance = Annotated[Tolerance, _tolerance(PARTS_OF_G, ">= 0.05")]
+LoadFactorTolerance = Annotated[Tolerance, _tolerance(LOAD_FACTOR, ">= 1.5")]
 FrictionTolerance = Annotated[Tolerance, _tolerance(COEFFICIENT, "<= 0.2")]
 ShareOfSamples = Annotated[Tolerance, _tolerance(SHARE, ">= 95 %", parse_share, alone=True)]
 Confidence = Annotated[float, quantity(replace(SHARE, least=0.5, most=0.999999))]
@@ -290,6 +296,12 @@ BrickName = Annotated[
     ),
     AfterValidator(_not_fixed),
 ]
+JOINED_NAME: Final = _text(
+    NAME, "the name of a kind of brick, a step, a brick, the ground or a wall", _NAME_ADVICE, "carton"
+)
+ONE_OR_MORE_JOINED: Final[JsonSchema] = {
+    "anyOf": [JOINED_NAME.schema, {"type": "array", "items": JOINED_NAME.schema, "minItems": 1}]
+}
 TYPE_NAME: Final = _text(NAME, "a valid name of a kind of brick", _NAME_ADVICE, "carton")
 Text = Annotated[str, Field(min_length=1, max_length=2000)]
 

@@ -33,6 +33,7 @@ from stackdsl.judging.proofs import (
 )
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, remedies_of
 from stackdsl.language.claims.margin import Margin
+from stackdsl.language.joints import JointOfBricks, MortarOrGlue, StudGrid
 from stackdsl.report.blocks import Block, blocks_text, hanging, line, table
 from stackdsl.report.warnings import modified_text
 from stackdsl.shown_text import without_commands
@@ -296,7 +297,9 @@ def proven_lines(  # noqa: PLR0913, PLR0917 -- all parts of the text
     """Yield the results for all judged bricks out of `count`; `margins` are the reported ones (`TOLD`), if known."""
     verdict, judged = proofs.verdict, sum(len(judged.bricks) for judged in proofs.judged)
     if verdict.stability is not Stability.STABLE:
-        yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; the engine simulates the rest"
+        joined = timeline.world.has_joints
+        then = "no motion of bricks with joints is played" if joined else "the engine simulates the rest"
+        yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; {then}"
         yield from _fall(proofs, timeline, extent, numbers)
     elif judged < count:
         yield f"  statics: {judged} of {count} bricks are proven to stand; the engine simulates the others"
@@ -319,7 +322,7 @@ def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, numbers: ScenarioN
     yield f"    {'in doubt' if in_doubt else 'moves'}: {', '.join(in_order(verdict.moving))}"
     if side := side_text(fall_side(verdict, bricks)):
         yield f"    direction: {side}"
-    if in_doubt or extent.remedies is False:
+    if in_doubt or extent.remedies is False or timeline.world.has_joints:
         return
     if extent.remedies is None and len(bricks) > MOST_FOR_PROGRAMS:
         yield f"    remedies for more than {MOST_FOR_PROGRAMS} bricks take long to compute; add --remedies"
@@ -344,10 +347,17 @@ def _margins(proofs: Proofs, extent: Extent, margins: VerdictMargins | None) -> 
         yield f"    {weakest_text(margins.weakest)}"
     if margins.apart is not None and margins.apart.acceleration is not None:
         yield f"    {apart_text(margins.apart)}"
+    if margins.yields:
+        yield f"    beyond: {margins.yields}"
     if margins.joints:
         yield f"    {joints_text(margins.joints)}"
     if margins.guaranteed is not None:
         yield f"    rest is {_certainty(margins)}"
+
+
+def load_factor_text(factor: float) -> str:
+    """Return a load factor in words."""
+    return "any multiple of its own weight" if factor == inf else f"{survived_text(factor)} times its own weight"
 
 
 def _certainty(margins: VerdictMargins) -> str:
@@ -358,6 +368,8 @@ def _certainty(margins: VerdictMargins) -> str:
 
 def margin_texts(margins: VerdictMargins) -> Iterator[str]:
     """Yield each known margin: what the structure survives."""
+    if margins.load_factor is not None:
+        yield load_factor_text(margins.load_factor)
     if margins.acceleration == inf:  # held on all sides
         yield "any horizontal acceleration"
         if margins.tilt is not None:
@@ -401,6 +413,7 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     if scenario.description:
         yield f"  {' '.join(scenario.description.split())}"
     yield from _world(timeline)
+    yield from map(_joint_line, scenario.joints)
     count, levels = sum(not placement.hits for placement in timeline.placements), timeline.levels
     what = f"{count} brick{'s' * (count > 1)} on {levels} level{'s' * (levels > 1)}"
     yield f"  {what}, finished at {timeline.built:g} s, watched until {timeline.end:g} s"
@@ -424,6 +437,22 @@ def _world(timeline: Timeline) -> Iterator[str]:
     for plane in world.planes:
         normal = " ".join(f"{round(component, 4) + 0.0:g}" for component in plane.normal_W)
         yield f"  {plane.id}: normal ({normal}), friction {plane.friction:g}"
+
+
+def _joint_line(item: JointOfBricks) -> str:
+    """Return one item of the joints in words."""
+    match item:
+        case JointOfBricks(bond=MortarOrGlue(tension=tension, cohesion=cohesion, shear=shear)):
+            strengths = {"tension": tension, "cohesion": cohesion} | ({} if shear is None else {"shear": shear})
+            what = "bond of " + ", ".join(f"{1e-6 * each:g} MPa {name}" for name, each in strengths.items())
+        case JointOfBricks(pull=float(pull)):
+            what = f"pull of {pull:g} N at each corner"
+        case JointOfBricks(studs=StudGrid(pitch=pitch, pull=pull, shear=shear)):
+            what = f"studs every {1000.0 * pitch:g} mm, each of {pull:g} N pull, {shear:g} N shear"
+        case _:
+            what = "none"
+    where = f"between {' and '.join(item.between)}" if item.between else f"of {', '.join(item.of or ['all bodies'])}"
+    return f"  joint {where}: {what}"
 
 
 def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
@@ -516,7 +545,11 @@ def _system(name: str, timeline: Timeline) -> Iterator[str]:
     if modified := system.modification.summary:
         yield f"    {modified_text(modified)}"
     if system.method is Method.PROVEN:
-        yield "    bricks that are proven to stand are frozen; the engine starts when a brick moves"
+        yield (
+            "    bricks with joints are judged at rest; their motion is not played"
+            if timeline.world.has_joints
+            else "    bricks that are proven to stand are frozen; the engine starts when a brick moves"
+        )
     elif system.method is Method.PUBLISHED:
         yield "    the extension freezes bricks that its model finds stable, and skips time while all are frozen"
     else:
@@ -537,6 +570,8 @@ def missed_lines(case: Case, assembly: Assembly) -> Iterator[str]:
         if found.passed:
             continue
         yield f"  measured {found.measured}"
+        if margins.yields:
+            yield f"  {margins.yields}"
         wanted = max(
             claim.acceleration.low if claim.acceleration is not None else 0.0,
             tan(claim.tilt.low) if claim.tilt is not None else 0.0,

@@ -15,7 +15,7 @@ from stability.name_order import in_order, names_text
 from stability.problem import Stability
 from stackdsl.judging.proofs import BearingSurvival, Survival
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, Suggestion
-from stackdsl.report.statics import counterweight_text, friction_text, later_text, weakest_json
+from stackdsl.report.statics import counterweight_text, friction_text, later_text, load_factor_text, weakest_json
 from stackdsl.report.study_table import StudyTable, rows_within
 from stackdsl.report.warnings import levels_told
 from stackdsl.shown_text import visible
@@ -541,6 +541,12 @@ SURVIVAL_COLUMNS = ("bearing_deg", "survives_g", "fails_g", "tilt_deg", "gives_w
 
 def survival_lines(name: str, survival: Survival) -> Iterator[str]:
     """Yield the least survived acceleration, then a line for bearings with the same failure, the weakest first."""
+    if survival.load_factor is not None:
+        yield f"{name} bears {load_factor_text(survival.load_factor)}"
+        if survival.yields:
+            yield f"  beyond: {survival.yields}"
+        yield "  Accelerations and tilts are not computed for bricks with joints."
+        return
     worst = survival.worst
     if worst.survived == inf:
         yield f"{name} survives every acceleration in every direction, since it is held on all sides"
@@ -629,9 +635,13 @@ def survival_table(survivals: Sequence[tuple[str, Survival]]) -> StudyTable:
             "case": name,
             "survives_g": _finite_margin(
                 (survival.weakest and survival.weakest.acceleration) or survival.worst.survived
-            ),
+            )
+            if survival.along
+            else None,
             "without_neighbours_g": None if survival.apart is None else _rounded(survival.apart.acceleration or 0.0),
             "weakest": None if survival.weakest is None else weakest_json(survival.weakest),
+            "load_factor": None if survival.load_factor is None else _finite_margin(survival.load_factor),
+            "gives_way": survival.yields,
             "bearings": [*map(_survival_row, survival.along)],
         }
         for name, survival in survivals

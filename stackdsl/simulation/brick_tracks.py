@@ -336,11 +336,15 @@ def _merged(verdicts: Sequence[Verdict]) -> Verdict:
 
 
 def tracks_of(
-    timeline: Timeline, watch: BrickTracker, extension: StabilizerState | None, unproven: bool, collapsed: bool
+    timeline: Timeline,
+    watch: BrickTracker,
+    extension: StabilizerState | None,
+    unplayed: BrickState | None,
+    collapsed: bool,
 ) -> dict[BodyId, BrickTrack]:
     """Return the track of every brick, in the order of the timeline.
 
-    `unproven` means that bricks that are not frozen were not played: only a proof was requested, and there is none.
+    `unplayed` is the state of bricks that are not frozen if no motion is played, as only a proof was requested.
     """
     tracks = {}
     for placement in timeline.placements:
@@ -350,8 +354,8 @@ def tracks_of(
             continue
         frozen = extension is not None and extension.is_frozen(name)
         track = watch.bricks[name].track(frozen)
-        if unproven and not frozen:
-            track = replace(track, state=BrickState.UNWATCHED)
+        if unplayed is not None and not frozen:
+            track = replace(track, state=unplayed)
         tracks[name] = track
     if extension is None or collapsed or all(track.state is not BrickState.STANDING for track in tracks.values()):
         return tracks
@@ -456,11 +460,12 @@ class Blocked:
     refined: bool = False  # whether it happens only at half the step and twice the iterations
     pressed: BodyId | None = None  # the brick that the hand with `brick` has pressed into `by`
     too_much: str = ""  # the amount of work, if it is more than a run may take; `brick` is one of the moving bricks
+    unplayed: str = ""  # why the system does not play the scenario at all
 
     def in_words(self) -> str:
         """Return the reason in words."""
-        if self.too_much:
-            return self.too_much
+        if self.too_much or self.unplayed:
+            return self.too_much or self.unplayed
         if self.pressed is not None:
             if self.pressed == self.by:
                 behind = f"an immovable obstacle holds it back by {mm(self.depth, 3)}"

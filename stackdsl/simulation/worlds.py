@@ -92,6 +92,7 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Stabilize
                 joiner=world,
                 presser=world,
                 tolerances=scene.tolerances,
+                joints=scene.joints,
             )
         case Method.PUBLISHED:
             from stability.stabilizers.published.stabilizer import StackStability  # noqa: PLC0415 -- likewise

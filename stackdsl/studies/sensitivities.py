@@ -247,7 +247,12 @@ class _Moved:
 
     def __init__(self, assembly: Assembly) -> None:
         self._structure = Structure(
-            assembly.planes, assembly.tables, assembly.friction, assembly.gravity, assembly.tolerances
+            assembly.planes,
+            assembly.tables,
+            assembly.friction,
+            assembly.gravity,
+            assembly.tolerances,
+            assembly.joints,
         )
         for placed in assembly.bricks.values():
             self._structure.put(placed)

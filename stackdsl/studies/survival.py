@@ -59,6 +59,8 @@ class CaseMargins(Printed):
     weakest: Weakest | None = None  # what gives way first above `acceleration`, and on a tilt above `tilt`
     joints: tuple["PlacementLimit", ...] = ()  # the contacts that limit `placement` equally
     notes: tuple[str, ...] = ()  # parts of the case that are not judged
+    load_factor: float | None = None  # multiple of its own weight that it bears; only for bricks with joints
+    yields: str = ""  # what gives way above that load factor
 
     def __repr__(self) -> str:
         """Return the text of `print` on one line, which pytest shows where an assertion fails."""
@@ -74,7 +76,8 @@ def margins_in(case: Case, name: str) -> CaseMargins:
     unaided = None if found.apart is None else found.apart.acceleration or 0.0
     numbers = (found.acceleration, unaided, found.bearing, found.tilt, found.friction, found.placement)
     notes = () if unproven else _notes(case, proofs)
-    return CaseMargins(name, proofs.verdict.stability.value, unproven, *numbers, found.weakest, found.joints, notes)
+    verdict, beyond = proofs.verdict.stability.value, (found.load_factor, found.yields)
+    return CaseMargins(name, verdict, unproven, *numbers, found.weakest, found.joints, notes, *beyond)
 
 
 def _unproven(proofs: Proofs) -> str:

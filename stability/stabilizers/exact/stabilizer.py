@@ -9,6 +9,7 @@ from stability.contact_law import GivenFriction
 from stability.dynamics.ground_motion import GroundMotion
 from stability.engines.protocol import AcceptsForces, Engine, WeldingEngine
 from stability.geometry.vectors import norm, scale
+from stability.joints import DRY, Joints
 from stability.model import AT_REST, BodyId, BodyState, Plane, Pose, Vec3
 from stability.problem import Placed, Stability, Stage, Tolerances, Verdict
 from stability.stabilizers.exact.awake_bricks import AwakeBricks
@@ -59,7 +60,13 @@ def changed(
     if (tuple(fixed.planes), tuple(fixed.tables)) != (assembly.planes, assembly.tables):
         standing = tuple(assembly.bricks.values())
         assembly = Assembly(
-            fixed.planes, assembly.friction, assembly.gravity, assembly.tolerances, fixed.tables, overlap=inf
+            fixed.planes,
+            assembly.friction,
+            assembly.gravity,
+            assembly.tolerances,
+            fixed.tables,
+            overlap=inf,
+            joints=assembly.joints,
         )
         verdict = assembly.add_all(standing)
     return ChangedAssembly(assembly, verdict, pushed)
@@ -96,6 +103,7 @@ class ProvenStability(Stabilizer):
     # Applies the loads of frozen bricks to woken ones; None: bricks carried by woken ones wake too.
     presser: AcceptsForces | None = None
     tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
+    joints: Joints = DRY  # for the verdicts; bricks that wake move without them
     assembly: Assembly = field(init=False)
     _in_hands: dict[BodyId, Placed | None] = field(default_factory=dict, init=False)  # with its pose if held at rest
     _shaking: Shaking = field(init=False)
@@ -120,7 +128,9 @@ class ProvenStability(Stabilizer):
         self._observers = Observers(
             (*guarded, limits_of, self._rigid_groups, self._dead_loads, self._disturbances, self._awake)
         )
-        self.assembly = Assembly(self.planes or (), self.friction, gravity, self.tolerances, overlap=inf)
+        self.assembly = Assembly(
+            self.planes or (), self.friction, gravity, self.tolerances, overlap=inf, joints=self.joints
+        )
 
     def awake(self) -> list[BodyId]:
         """Return the bricks that the engine moves, sorted by name."""
@@ -301,7 +311,8 @@ class ProvenStability(Stabilizer):
         tables = [placed for placed in self._in_hands.values() if placed is not None]
         planes = self.planes if self.planes is not None else fixed_bodies(self.engine, self.friction)[0]
         standing = tuple(self.assembly.bricks.values())
-        self.assembly = Assembly(planes, self.friction, self.assembly.gravity, self.tolerances, tables, overlap=inf)
+        site = planes, self.friction, self.assembly.gravity, self.tolerances, tables
+        self.assembly = Assembly(*site, overlap=inf, joints=self.joints)
         judgement = release_until_stable(self.assembly, self.assembly.add_all([*standing, *added]))
         self._verdict = judgement.first
         names = [placed.brick.id for placed in added]

@@ -25,7 +25,7 @@ from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import BrickState, BrickTrack, Trace, VerdictMargins
 from stackdsl.wording import aided_text
 
-UNITS: Final = {"acceleration": "g", "tilt": "deg", "friction": "", "placement": "mm"}
+UNITS: Final = {"acceleration": "g", "tilt": "deg", "friction": "", "placement": "mm", "load_factor": ""}
 
 
 @claim("margin", "safety margins of the proof of stability")
@@ -40,6 +40,9 @@ class Margin(AtLeastOneKey, ClaimKind):
         None, description="smallest friction coefficient with which the structure stands"
     )
     placement: t.LengthTolerance | None = Field(None, description="permissible error in the position of every brick")
+    load_factor: t.LoadFactorTolerance | None = Field(
+        None, description="multiple of its own weight that the structure bears"
+    )
 
     needs_statics: ClassVar[bool] = True
 

@@ -1,0 +1,79 @@
+"""Joints between bricks: mortar and glue, magnets and tape, studs."""
+
+from typing import Annotated, ClassVar, Final, Literal, Self
+
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+
+from stackdsl.language import value_types as t
+from stackdsl.language.model_base import AuthorModel, ExactlyOneKey
+from stackdsl.language.quantities import InputError
+
+MAX_RULES: Final = 1000
+MAX_NAMES: Final = 1000  # of one rule
+
+Named = Annotated[str, t.JOINED_NAME]
+
+
+class MortarOrGlue(AuthorModel):
+    """Strength per area: mortar or glue."""
+
+    tension: t.Strength = Field(description="greatest tension across the joint, per area")
+    cohesion: t.Strength = Field(
+        description="greatest shear without pressure, per area; pressure adds friction to it, and tension reduces it"
+    )
+    shear: t.Strength | None = Field(None, description="greatest shear at any pressure, per area; default: none")
+
+    @model_validator(mode="after")
+    def _shear_is_more(self) -> Self:
+        if self.shear is not None and self.shear < self.cohesion:
+            message = "`shear` is less than `cohesion`, so the joint never has its cohesion"
+            raise InputError("SD104", message, "write a `shear` of at least `cohesion`, or remove it")
+        return self
+
+
+class StudGrid(AuthorModel):
+    """Studs on a square grid, centred on the top and the bottom of each box."""
+
+    pitch: t.Side = Field(description="distance of two studs")
+    pull: t.Force = Field(description="greatest pull of one stud")
+    shear: t.Force = Field(description="greatest sideways force of one stud, in any direction")
+
+
+class JointOfBricks(ExactlyOneKey):
+    """Joints of one kind, between some bodies."""
+
+    of: (
+        Annotated[
+            tuple[Named, ...],
+            Field(min_length=1, max_length=MAX_NAMES),
+            BeforeValidator(t.listed),
+            WithJsonSchema(t.ONE_OR_MORE_JOINED),
+        ]
+        | None
+    ) = Field(
+        None,
+        description="names of kinds of brick, steps, bricks, the ground or walls, which are joined to each other; "
+        "default: all bodies",
+    )
+    between: tuple[Named, Named] | None = Field(
+        None, description="two such names: each body of one is joined to each body of the other"
+    )
+    bond: MortarOrGlue | None = Field(None, description="mortar or glue, by its strength per area")
+    pull: t.Force | None = Field(
+        None, description="magnets, tape or Velcro: the force that pulls each corner of the contact"
+    )
+    studs: StudGrid | None = Field(None, description="studs of toy bricks, by their grid and the strength of each")
+    dry: Literal[True] | None = Field(None, description="`true`: no joint, whatever later items say")
+
+    one_of: ClassVar[tuple[str, ...]] = ("bond", "pull", "studs", "dry")
+    examples: ClassVar = {"bond": "{tension: 0.2 MPa, cohesion: 0.3 MPa}", "pull": "2 N"}
+
+    @model_validator(mode="after")
+    def _of_or_between(self) -> Self:
+        if self.of is not None and self.between is not None:
+            message = "`of` and `between` exclude each other"
+            raise InputError("SD108", message, "remove one of them, or begin another item")
+        return self
+
+
+Joints = Annotated[tuple[JointOfBricks, ...], Field(max_length=MAX_RULES)]

@@ -1,0 +1,126 @@
+"""Joints of a scenario: their bodies, their strengths, and refusals of all that is not judged for joined bricks."""
+
+from math import inf
+
+import pytest
+
+from stability.joints import Bond, Joint, Pull, Studs
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.timeline import FixedWorld
+from tests.scenes import compiled
+
+HEAD = """
+scenario: scene
+brick_types:
+  stone: {size: [200 mm, 100 mm, 60 mm], density: 1800 kg/m3}
+  plate: {size: [32 mm, 16 mm, 9.6 mm], mass: 2 g}
+brick: stone
+joints: [%s]
+"""
+BUILD = """
+build:
+  - bricks:
+      - {name: base, on: ground}
+      - {name: low, on: base}
+  - name: roof
+    bricks:
+      - {name: top, on: low, brick: plate}
+"""
+BOND = "bond: {tension: 0.1 MPa, cohesion: 200 kPa}"
+
+
+def world(joints: str) -> FixedWorld:
+    cases, mistakes = compiled(HEAD % joints + BUILD)
+    assert mistakes == []
+    return cases[0].timeline.world
+
+
+def mistakes(joints: str, rest: str = "") -> list[Diagnostic]:
+    """Mistakes in these items, which stand in line 7."""
+    return compiled(HEAD % joints + BUILD + rest)[1]
+
+
+@pytest.mark.parametrize(
+    ("written", "joint"),
+    [
+        (BOND, Bond(1e5, 2e5, inf)),
+        ("bond: {tension: 1 N/mm2, cohesion: 2 MPa, shear: 3 MPa}", Bond(1e6, 2e6, 3e6)),
+        ("pull: 0.5 kN", Pull(500.0)),
+        ("studs: {pitch: 8 mm, pull: 980 mN, shear: 10 N}", Studs(0.008, 0.98, 10.0)),
+        ("dry: true", None),
+    ],
+)
+def test_a_joint_has_its_strength_in_si(written: str, joint: Joint | None) -> None:
+    joints = world(f"{{{written}}}").joints
+    assert [joints.of(*pair) for pair in (("base", "low"), ("roof.top", "low"), ("base", "ground"))] == [joint] * 3
+
+
+def test_a_joint_is_between_bodies_by_kind_step_name_or_plane() -> None:
+    joints = world(
+        "{between: [top_of_all, low], pull: 1 N}, {of: stone, pull: 2 N}, {of: [roof, low], pull: 3 N}, "
+        "{between: [stone, ground], pull: 4 N}".replace("top_of_all", "plate")
+    ).joints
+    pairs = {
+        ("roof.top", "low"): 1.0,  # the first item about two bodies counts
+        ("base", "low"): 2.0,
+        ("base", "ground"): 4.0,
+    }
+    assert {pair: joint.force for pair in pairs if isinstance(joint := joints.of(*pair), Pull)} == pairs
+    assert {pair: joint.force for pair in pairs if isinstance(joint := joints.of(*pair[::-1]), Pull)} == pairs
+    assert joints.of("roof.top", "ground") is None
+
+
+def test_an_earlier_dry_item_makes_an_exception() -> None:
+    joints = world(f"{{between: [base, ground], dry: true}}, {{{BOND}}}").joints
+    assert joints.of("base", "ground") is None
+    assert joints.of("low", "base") == Bond(1e5, 2e5)
+
+
+@pytest.mark.parametrize(
+    ("joints", "code", "place", "message"),
+    [
+        (f"{{of: ston, {BOND}}}", "SD204", "7:15", "there is no kind of brick, step or brick 'ston'"),
+        (f"{{between: [stone, wall1], {BOND}}}", "SD204", "7:28", "there is no kind of brick, step or brick 'wall1'"),
+        (f"{{of: [ground], {BOND}}}", "SD104", "7:15", "these bodies are fixed, so no joint acts between them"),
+        ("{of: stone}", "SD108", "7:10", "exactly one of the keys bond, pull, studs, dry is required, not none"),
+        (f"{{pull: 1 N, {BOND}}}", "SD108", "7:10", "is required, not bond and pull"),
+        (f"{{of: stone, between: [low, top], {BOND}}}", "SD108", "7:10", "`of` and `between` exclude each other"),
+        ("{pull: 3}", "SD105", "7:17", ""),
+        ("{pull: 3 mm}", "SD106", "7:17", ""),
+        ("{bond: {tension: -1 MPa, cohesion: 1 MPa}}", "SD104", "7:27", ""),
+        ("{bond: {tension: 1 MPa, cohesion: 2 MPa, shear: 1 MPa}}", "SD104", "7:17", "`shear` is less than `cohesion`"),
+        ("{studs: {pitch: 8 mm, pull: 1 N}}", "SD102", "7:18", "missing key 'shear'"),
+    ],
+)
+def test_mistakes_in_joints_are_told_with_their_place(joints: str, code: str, place: str, message: str) -> None:
+    mistake, *others = mistakes(joints)
+    assert others == []
+    assert (mistake.code, f"{mistake.span.line}:{mistake.span.column}") == (code, place)
+    assert message in mistake.message
+    assert mistake.hint
+
+
+@pytest.mark.parametrize(
+    ("rest", "message"),
+    [
+        ("systems: [exact, tuned]\n", "joints are judged at rest only: the system 'tuned' plays no joints"),
+        (
+            "friction: normal 0.5 ± 0.1\nsamples: 10\nexpect: [{stands: {share: '>= 50 %'}}]\n",
+            "joints are judged at rest only: samples",
+        ),
+        ("world: {shake: {acceleration: 3 m/s2, frequency: 2 Hz, for: 1 s}}\n", "shaking is not played"),
+        ("impacts: [{push: {brick: low, impulse: [1 mN*s, 0 N*s, 0 N*s]}}]\n", "the impact `push` is not played"),
+        ("expect: [{drift: 0 mm}]\n", "the claim `drift` is about a motion"),
+        ("expect: [{verdict: guaranteed}]\n", "the margin `guaranteed` is not computed for bricks with joints"),
+        ("expect: [{margin: {tilt: '> 3 deg'}}]\n", "the margin `tilt` is not computed for bricks with joints"),
+    ],
+)
+def test_what_is_not_judged_for_joined_bricks_is_refused(rest: str, message: str) -> None:
+    told = mistakes(f"{{{BOND}}}", rest)
+    assert [mistake.code for mistake in told] == ["SD211"]
+    assert message in told[0].message
+    assert "remove" in told[0].hint or "claim" in told[0].hint
+
+
+def test_a_dry_scenario_may_have_all_of_that() -> None:
+    assert mistakes("", "expect: [{drift: 0 mm}]\nsystems: [exact, tuned]\n") == []
