@@ -201,8 +201,10 @@ def cones_of(problem: Problem, names: Sequence[BodyId], *, any_law: bool = False
 
     for contact in contacts:
         if not (any_law or contact.law.is_shifted_cone):
-            law = f"{type(contact.law).__name__} of '{contact.upper}' on '{contact.lower}'"
-            raise OtherLawError(f"this analysis does not support the contact law {law}: it is no Coulomb cone")
+            law = f"'{contact.upper}' on '{contact.lower}' has the law {type(contact.law).__name__}"
+            raise OtherLawError(
+                f"this analysis is not supported for bricks with joints: {law}, which is no Coulomb cone"
+            )
 
     def spread(values: list[int] | list[float]) -> Any:  # noqa: ANN401 -- integers or floats
         return np.repeat(np.array(values), sizes)

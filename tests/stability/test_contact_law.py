@@ -244,7 +244,7 @@ def test_a_glued_plank_survives_the_acceleration_that_friction_above_its_pull_be
 def test_analyses_refuse_a_law_that_they_do_not_support() -> None:
     problem = hanging(2.0)
     clipped = replace(problem, contacts=[replace(problem.contacts[0], law=MohrCoulomb(0.5, 4.0, 4.0))])
-    with pytest.raises(OtherLawError, match="the contact law MohrCoulomb of 'ceiling' on 'plank'"):
+    with pytest.raises(OtherLawError, match="'ceiling' on 'plank' has the law MohrCoulomb"):
         acceleration(clipped)
     for refused, name in ((least_friction, "the margin of friction"), (outcome, "the guarantee of rest")):
         with pytest.raises(OtherLawError, match=f"{name} is not supported for bricks with joints"):
