@@ -11,13 +11,16 @@ import random
 import sys
 from collections import Counter
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import partial
+from itertools import count
 from math import inf
 from statistics import median
 from time import process_time
 
 from rich.console import Console
-from rich.progress import track
+from rich.progress import Progress
 
 from benchmarks.equilibrium_programs import UprightBox
 from benchmarks.figures.data import Row, Rows
@@ -34,6 +37,7 @@ UNIT = (0.008, 0.008, 0.0096)  # [m] of the lattice
 FRICTION = 0.5
 KINDS = ("studs", "bond", "pull", "mixed")
 ROUNDING = 1e-6  # of the linear programs
+BATCH = 50  # seeds that are judged before the next ones
 SIZES = ((1, 1, 1), (2, 1, 1), (1, 2, 1), (2, 2, 1), (3, 2, 1), (2, 3, 1), (4, 2, 1), (2, 4, 1), (1, 1, 2), (2, 1, 2))
 Cells = tuple[tuple[int, int, int], tuple[int, int, int]]  # lowest corner and size, in units of the lattice
 
@@ -168,7 +172,7 @@ def compared(seed: int, most: int) -> Compared | None:
         low, high = load_factors(case.boxes, FRICTION, case.joint_of)
     except ArithmeticError:
         return None
-    if high in {inf, 0.0} or low == inf:
+    if inf in {low, high} or low < ROUNDING:
         return None
     near = draw.choice((0.03, 0.3))
     stronger = draw.uniform(1.0 - near, 1.0 + near) / (0.5 * (low + high))
@@ -204,8 +208,8 @@ def _row(cases: Sequence[Compared]) -> Row:
         "open": sum(case.open for case in cases),
         "factors_outside": sum(case.factor_outside for case in cases),
         "factors_unproven": sum(case.factor_unproven for case in cases),
-        "median_ms": 1e3 * median(case.seconds for case in cases),
-        "worst_ms": 1e3 * max(case.seconds for case in cases),
+        "median_ms": 1e3 * median(case.seconds for case in cases) if cases else None,
+        "worst_ms": 1e3 * max(case.seconds for case in cases) if cases else None,
     }
 
 
@@ -215,18 +219,23 @@ def main() -> None:
     arguments.add_argument("--cases", type=int, default=2000)
     arguments.add_argument("--bricks", type=int, default=14, help="the most of one case")
     arguments.add_argument("--seed", type=int, default=0, help="of the first case")
+    arguments.add_argument("--processes", type=int, default=2)
     chosen = arguments.parse_args()
     console = Console(stderr=True)
     cases: list[Compared] = []
-    seed = chosen.seed
-    for _ in track(range(chosen.cases), "joined assemblies", console=console):
-        found = None
-        while found is None:
-            found = compared(seed, chosen.bricks)
-            seed += 1
-        if found.contradicted or found.note or found.factor_outside or found.factor_unproven:
-            console.print(f"seed {seed - 1}", found)
-        cases.append(found)
+    with ProcessPoolExecutor(chosen.processes) as pool, Progress(console=console) as progress:
+        told = progress.add_task("joined assemblies", total=chosen.cases)
+        for first in count(chosen.seed, BATCH):
+            seeds = range(first, first + BATCH)
+            for seed, found in zip(seeds, pool.map(partial(compared, most=chosen.bricks), seeds), strict=True):
+                if found is None or len(cases) == chosen.cases:
+                    continue
+                if found.contradicted or found.note or found.factor_outside or found.factor_unproven:
+                    console.print(f"seed {seed}", found)
+                cases.append(found)
+                progress.advance(told)
+            if len(cases) == chosen.cases:
+                break
     by_kind = {kind: [case for case in cases if case.kind == kind] for kind in KINDS} | {"all": cases}
     table: Rows = {kind: _row(each) for kind, each in by_kind.items()}
     console.print(table)

@@ -17,7 +17,7 @@ from scipy.sparse import coo_matrix
 
 from benchmarks.equilibrium_programs import AXES, GRAVITY, SOLVERS, Touch, UprightBox, contacts_of
 
-SIDES = 24
+SIDES = 16
 MOST = 1e4  # a larger load factor is not computed
 OPTIMAL, INFEASIBLE = 0, 2
 
