@@ -206,8 +206,8 @@ ACCELERATION: Final = Dimension(
 # At higher speeds thin bricks pass through each other in the engines.
 SPEED: Final = Dimension("a speed", ("m/s", "cm/s", "mm/s"), "2 m/s", 0.0, 20.0, positive=True)
 IMPULSE: Final = Dimension("an impulse", ("N*s", "mN*s", "kg*m/s", "g*m/s"), "0.01 N*s", -1e6, 1e6)
-FORCE: Final = Dimension("a force", ("N", "kN", "mN"), "2 N", 0.0, 1e9)
-STRENGTH: Final = Dimension("a strength", ("MPa", "kPa", "Pa", "N/mm2"), "0.2 MPa", 0.0, 1e12)
+FORCE: Final = Dimension("a force", ("N", "kN", "mN", "kg*m/s2"), "2 N", 0.0, 1e9)
+STRENGTH: Final = Dimension("a strength", ("MPa", "kPa", "Pa", "N/mm2", "kg/m/s2"), "0.2 MPa", 0.0, 1e12)
 COUNT: Final = Dimension("a count", (), "<= 2", 0, 10**9, needs_unit=False, whole=True)
 LEVEL: Final = Dimension("a level", (), "level 9 ± 1", 1, 10**9, needs_unit=False, whole=True, prefix="level")
 SHARE: Final = Dimension("a share", ("%",), "25 %", 0.0, 1.0, needs_unit=False)

@@ -124,3 +124,10 @@ def test_what_is_not_judged_for_joined_bricks_is_refused(rest: str, message: str
 
 def test_a_dry_scenario_may_have_all_of_that() -> None:
     assert mistakes("", "expect: [{drift: 0 mm}]\nsystems: [exact, tuned]\n") == []
+
+
+def test_the_strength_of_a_joint_may_be_a_variable() -> None:
+    text = HEAD % "{bond: {tension: '${2 * strength}', cohesion: 1 MPa}}, {pull: '${hold}'}" + BUILD
+    cases, told = compiled(f"{text}let: {{strength: 0.1 MPa, hold: 2 N}}\n")
+    assert told == []
+    assert [rule.joint for rule in cases[0].timeline.world.joints.rules] == [Bond(2e5, 1e6), Pull(2.0)]
