@@ -205,8 +205,11 @@ class ShiftedBuild:
     def falls_again(self, shifts: Mapping[BodyId, Vec3], upto: int) -> bool:
         """Return whether the build is proven to fall up to a stage along the motion of a former fall.
 
-        A motion is a field of velocities, which a brick meets at its new place; or it moves with the brick.
+        A motion is a field of velocities, which a brick meets at its new place; or it moves with the brick. False for
+        bricks with joints, which take power from a motion.
         """
+        if self._piling.joints.rules:
+            return False
         problems: dict[int, Problem] = {}
         for fall in self.falls:
             for motion in (_carried_over(fall, shifts), fall.motion) if fall.turn <= upto else ():
