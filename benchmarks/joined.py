@@ -4,7 +4,7 @@ Boxes of a random lattice are set on, under and beside one another, and joined b
 of these mixed with dry contacts. The strength of all joints is scaled so that the load factor, by the program, is close
 to 1; half of the cases are within 3 %. A verdict is contradicted if the linear program on the other side of the
 circles of friction disagrees, and a load factor if it is outside both bounds. Run it with `python -m
-benchmarks.joined`; half an hour.
+benchmarks.joined`; twenty minutes.
 """
 
 import random
@@ -217,7 +217,7 @@ def main() -> None:
     """Compare random cases and print the table; write it on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--cases", type=int, default=2000)
-    arguments.add_argument("--bricks", type=int, default=14, help="the most of one case")
+    arguments.add_argument("--bricks", type=int, default=12, help="the most of one case")
     arguments.add_argument("--seed", type=int, default=0, help="of the first case")
     arguments.add_argument("--processes", type=int, default=2)
     chosen = arguments.parse_args()

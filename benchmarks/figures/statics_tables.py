@@ -159,6 +159,21 @@ STATICS_TABLES: Mapping[str, Table] = {
         ),
         ("5", "10", "20", "50", "100"),
     ),
+    "joined": Table(
+        "joined",
+        "joined",
+        (
+            Column("joints", "{row}"),
+            Column("assemblies", "{cases}"),
+            Column("stable, unstable", "{stable}, {unstable}"),
+            Column("undecided", "{undecided}"),
+            Column("contradicted", "{contradicted}"),
+            Column("between both programs", "{open}"),
+            Column("load factors outside", "{factors_outside}"),
+            Column("load factors unproven", "{factors_unproven}"),
+            Column("median and worst time, ms", "{median_ms:sig2}, {worst_ms:sig2}"),
+        ),
+    ),
     "pulls": Table(
         "mending",
         "pulls",
