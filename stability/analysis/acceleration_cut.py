@@ -186,13 +186,17 @@ def shaken(
     return case if case is not None or sure is problem else _shaken(problem, gravity, tolerances, accuracy)
 
 
+def weights_of(problem: Problem, gravity: float | None) -> dict[BodyId, float]:
+    """Return the weight of each brick [N]; without `gravity` [m/s2], the vertical part of its load."""
+    if gravity is None:
+        return {name: -load.force_W[2] for name, load in sorted(problem.loads.items())}
+    return {name: gravity * placed.brick.mass for name, placed in sorted(problem.bricks.items())}
+
+
 def _shaken(
     problem: Problem, gravity: float | None, tolerances: Tolerances, accuracy: float
 ) -> AcceleratedProblem | None:
-    if gravity is None:
-        weights = {name: -load.force_W[2] for name, load in sorted(problem.loads.items())}
-    else:
-        weights = {name: gravity * placed.brick.mass for name, placed in sorted(problem.bricks.items())}
+    weights = weights_of(problem, gravity)
     system = wrench_matrix(problem, whole=True)
     rest = corrected_forces(
         system, least_prestress(system, accuracy).rows

@@ -21,12 +21,14 @@ from stability.analysis.acceleration_cut import (
     heading,
     proven_distance,
     shaken,
+    weights_of,
 )
+from stability.analysis.joined_acceleration import acceleration_of_joined
 from stability.analysis.symmetry import Symmetry, symmetries
 from stability.geometry.polygons import Point2, hull
 from stability.geometry.rows import Array, Indices
 from stability.model import BodyId
-from stability.problem import ZERO, Contact, Motion, Problem, Tolerances, Wrench
+from stability.problem import ZERO, Contact, Motion, Problem, Tolerances, Wrench, rounded
 from stability.process_settings import one_thread
 from stability.statics.cone_rows import SQUARES, ConeRows
 from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
@@ -490,8 +492,15 @@ def acceleration(
 
     It takes about ten directions where bodies tip, and four to eight where they slide alike in all directions.
     `gravity` [m/s2] is needed if loads are more than weights; without it the weight of a brick is the vertical part of
-    its load. Groups without contact to each other are solved separately, and the weakest determines the result.
+    its load. Groups without contact to each other are solved separately, and the weakest determines the result. Bricks
+    with joints are solved to a thousandth at best, and to 0.5 % where they slide alike in all directions.
     """
+    if not all(contact.law.is_shifted_cone for contact in problem.contacts):
+        weights = weights_of(problem, gravity)
+        joined = acceleration_of_joined(problem, weights, tolerance, rounded(problem, tolerances))
+        if joined is None:
+            return None
+        return AccelerationMargin(joined.value, joined.upper, joined.bearing, joined.motion, joined.headings)
     weakest: AccelerationMargin | None = None
     for part in groups_apart(problem):
         margin = _of_one_group(part, tolerance, gravity, tolerances)

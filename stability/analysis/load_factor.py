@@ -74,7 +74,7 @@ def load_factor(
     """
     admit_problem(problem)
     tolerances = rounded(problem, tolerances)
-    grown = _Grown(problem, growing)
+    grown = GrownLoads(problem, growing)
     now = balance(problem, tolerances)
     if growing is not None and now.forces is None:
         return None if now.motion is None else LoadFactor(0.0, 0.0, None, now.motion)
@@ -83,32 +83,52 @@ def load_factor(
         return LoadFactor(inf, inf, now.forces, None)
     if not problem.has_joints and growing is None:
         return None if now.motion is None else LoadFactor(0.0, 0.0, None, now.motion)
+    bracket = bracket_of(grown, tolerances)
+    if bracket.at_once is not None:
+        return LoadFactor(0.0, NONE, None, bracket.at_once)
+    below, above = bracket.below, bracket.above
+    if below is None or above is None:
+        return None
+    joints = tuple(_yielding_joints(grown.at(above[0]), above[1]))
+    return LoadFactor(below[0], above[0], below[1], above[1], joints)
+
+
+@dataclass(frozen=True, slots=True)
+class Bracket:
+    """Proofs on both sides of a load factor; each is None if it was not found."""
+
+    below: tuple[float, Forces] | None = None
+    above: tuple[float, Motion] | None = None
+    at_once: Motion | None = None  # proven to fall at any factor
+
+
+def bracket_of(grown: "GrownLoads", tolerances: Tolerances) -> Bracket:
+    """Return the proofs closest to the load factor that are found."""
     below: tuple[float, Forces] | None = None
     above: tuple[float, Motion] | None = None
     carried: Mapping[BodyId, float] | None = None
     for accuracy in ACCURACIES:
         system = wrench_matrix(grown.at(1.0), whole=True, any_law=True, carried=carried)
-        constant = None if growing is None else system.wrench_of(problem.loads)
+        constant = None if grown.constant is None else system.wrench_of(grown.constant)
         point = yielding(system, system.wrench_of(grown.alone.loads), constant, accuracy, clarabel_solve)
         if isinstance(point, str) or not (np.isfinite(point.rows).all() and np.isfinite(point.columns).all()):
             continue
         falling = system.motion(point.columns)
-        at_once = _motion_at(grown, NONE, falling, tolerances)
+        at_once = motion_at(grown, NONE, falling, tolerances)
         if at_once is not None:
-            return LoadFactor(0.0, NONE, None, at_once)
+            return Bracket(at_once=at_once)
         factor = 1.0 / point.share if point.share > 0.0 else inf
         if factor < inf:
             below = below or _below(grown, factor, carried, tolerances)
             above = above or _above(grown, factor, falling, tolerances)
         if below is not None and above is not None:
-            joints = tuple(_yielding_joints(grown.at(above[0]), above[1]))
-            return LoadFactor(below[0], above[0], below[1], above[1], joints)
+            break
         carried = carried or system.greatest_forces(point.rows)
-    return None
+    return Bracket(below, above)
 
 
 @dataclass(frozen=True, slots=True)
-class _Grown:
+class GrownLoads:
     """Problem whose loads grow."""
 
     problem: Problem
@@ -138,27 +158,27 @@ def _times(factor: float, load: Wrench) -> Wrench:
 
 
 def _below(
-    grown: _Grown, factor: float, carried: Mapping[BodyId, float] | None, tolerances: Tolerances
+    grown: GrownLoads, factor: float, carried: Mapping[BodyId, float] | None, tolerances: Tolerances
 ) -> tuple[float, Forces] | None:
     """Return a factor close below another one, with the forces that prove it."""
     for share in SHARES:
-        forces = _forces_at(grown, factor * (1.0 - share), carried, tolerances)
+        forces = forces_at(grown, factor * (1.0 - share), carried, tolerances)
         if forces is not None:
             return factor * (1.0 - share), forces
     return None
 
 
-def _above(grown: _Grown, factor: float, falling: Motion, tolerances: Tolerances) -> tuple[float, Motion] | None:
+def _above(grown: GrownLoads, factor: float, falling: Motion, tolerances: Tolerances) -> tuple[float, Motion] | None:
     """Return a factor close above another one, with the motion that proves it."""
     for share in SHARES:
-        motion = _motion_at(grown, factor * (1.0 + share), falling, tolerances)
+        motion = motion_at(grown, factor * (1.0 + share), falling, tolerances)
         if motion is not None:
             return factor * (1.0 + share), motion
     return None
 
 
-def _forces_at(
-    grown: _Grown, factor: float, carried: Mapping[BodyId, float] | None, tolerances: Tolerances
+def forces_at(
+    grown: GrownLoads, factor: float, carried: Mapping[BodyId, float] | None, tolerances: Tolerances
 ) -> Forces | None:
     """Return proven forces for loads at a factor."""
     problem = grown.at(factor)
@@ -167,7 +187,7 @@ def _forces_at(
     return None if isinstance(rows, str) else proven_forces(problem, system, rows, tolerances)
 
 
-def _motion_at(grown: _Grown, factor: float, motion: Motion, tolerances: Tolerances) -> Motion | None:
+def motion_at(grown: GrownLoads, factor: float, motion: Motion, tolerances: Tolerances) -> Motion | None:
     """Return a motion near the given one that is proven to fall with loads at a factor."""
     problem = grown.at(factor)
     system = wrench_matrix(problem, whole=True, any_law=True)

@@ -17,7 +17,7 @@ SYSTEM: Final = "exact"  # the only system that judges joints
 AT_REST: Final = "joints are judged at rest only"
 IMPACTS: Final = frozenset({"remove", "insert"})  # that statics judge
 CLAIMS: Final = frozenset({"stands", "collapses", "verdict", "margin", "rests_on"})  # that need no motion
-MARGINS: Final = frozenset({"load_factor"})
+MARGINS: Final = frozenset({"load_factor", "acceleration", "tilt"})
 
 
 def joints_of(built: ResolvedScenario, scenario: Scenario) -> Joints:
@@ -140,4 +140,9 @@ def _unjudged_claims(scenario: Scenario, source: Source) -> Iterator[Diagnostic]
                 yield Diagnostic("SD211", span, message, hint)
             elif others := sorted({*claim.content.needed_margins} - MARGINS):
                 message = f"the margin `{others[0]}` is not computed for bricks with joints"
-                yield Diagnostic("SD211", span, message, "claim the margin `load_factor`, or remove `joints`")
+                yield Diagnostic(
+                    "SD211",
+                    span,
+                    message,
+                    "claim the margin `load_factor`, `acceleration` or `tilt`, or remove `joints`",
+                )

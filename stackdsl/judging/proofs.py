@@ -222,7 +222,7 @@ def margins_of_assembly(
 ) -> VerdictMargins:
     """Return the requested margins of an assembly; none if it is not proven to stand.
 
-    Bricks with joints have no other margin than the load factor, which is returned in place of any other one.
+    Bricks with joints have the margins of acceleration and tilt, and the load factor, which is returned in any case.
     `on_stage` is called with the name of each computation.
     """
     if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
@@ -231,11 +231,11 @@ def margins_of_assembly(
     if "load_factor" in requested or (problem.has_joints and requested):
         on_stage("load factor")
         margins = _loaded(problem)
-    if problem.has_joints:
-        return margins  # the other margins are those of dry structures
     if {"acceleration", "tilt"}.intersection(requested):
         on_stage("margin of acceleration and tilt")
         margins = _shaken(problem, assembly.gravity, margins)
+    if problem.has_joints:
+        return margins  # the other margins are those of dry structures
     if "friction" in requested:
         on_stage("margin of friction")
         roughest = max((contact.law.friction for contact in problem.contacts), default=0.0)
@@ -295,7 +295,7 @@ LESS = 1e-3  # share of a margin by which it must be less without friction betwe
 
 def apart(problem: Problem, gravity: float, value: float) -> Apart | None:
     """Return what is survived without friction between side faces, if that is less than `value` [g]."""
-    alone = without_neighbours(problem, gravity)
+    alone = None if problem.has_joints else without_neighbours(problem, gravity)
     return None if alone is None or (alone.acceleration or 0.0) >= value * (1.0 - LESS) else alone
 
 

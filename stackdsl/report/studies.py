@@ -545,7 +545,7 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
         yield f"{name} bears {load_factor_text(survival.load_factor)}"
         if survival.yields:
             yield f"  beyond: {survival.yields}"
-        yield "  Accelerations and tilts are not computed for bricks with joints."
+        yield "  Accelerations by bearing are not computed for bricks with joints; `explain` has the least one."
         return
     worst = survival.worst
     if worst.survived == inf:

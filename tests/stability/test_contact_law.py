@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stability.analysis.acceleration_margin import acceleration
-from stability.analysis.margins import least_friction
+from stability.analysis.margins import counterweight, least_friction
 from stability.analysis.placement_margin import placement
 from stability.analysis.uniqueness import outcome
 from stability.contact_law import ContactLaw, Coulomb, MohrCoulomb, Numbers, OtherLawError
@@ -245,7 +245,7 @@ def test_analyses_refuse_a_law_that_they_do_not_support() -> None:
     problem = hanging(2.0)
     clipped = replace(problem, contacts=[replace(problem.contacts[0], law=MohrCoulomb(0.5, 4.0, 4.0))])
     with pytest.raises(OtherLawError, match="'ceiling' on 'plank' has the law MohrCoulomb"):
-        acceleration(clipped)
+        counterweight(clipped, "plank")
     for refused, name in ((least_friction, "the margin of friction"), (outcome, "the guarantee of rest")):
         with pytest.raises(OtherLawError, match=f"{name} is not supported for bricks with joints"):
             refused(clipped)

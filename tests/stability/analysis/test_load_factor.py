@@ -3,20 +3,24 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import cos, inf, pi, radians, sin
+from random import Random
 
 import pytest
 
+from stability.analysis.acceleration_margin import acceleration
+from stability.analysis.joined_acceleration import acceleration_of_joined
 from stability.analysis.load_factor import LoadFactor, load_factor
 from stability.analysis.subset_search import Subsets
 from stability.geometry.box import Box
 from stability.geometry.vectors import about, rotate
 from stability.joints import DRY, Bond, Joint, JointRule, Joints, Pull, Studs
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
-from stability.problem import ZERO, Placed, Stability, Verdict, Wrench
+from stability.problem import ZERO, Placed, Stability, Tolerances, Verdict, Wrench
 from stability.statics.assembly import Assembly
 
 WEIGHT, G = 2.0, 9.81  # [N] of each brick, [m/s2]
 CLOSE = 1e-6
+EXACT = Tolerances()
 LENGTH, WIDTH, HEIGHT = 0.2, 0.1, 0.05  # [m]
 AREA = LENGTH * WIDTH
 
@@ -212,6 +216,47 @@ def test_a_dry_structure_has_a_load_factor_for_a_load_that_grows_alone() -> None
 
 def test_bricks_that_stand_without_their_joints_bear_any_multiple_of_their_weight() -> None:
     assert factor_of(assembly([brick("a", (0.0, 0.0, HEIGHT / 2))], everywhere(Bond(1.0, 1.0)))).factor == inf
+
+
+# --- horizontal accelerations -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("tension", [500.0, 5000.0])
+def test_a_mortared_wall_survives_the_acceleration_at_which_its_bed_opens(tension: float) -> None:
+    # a W h / 2 = (W + tension A) b / 2, across its thickness b
+    wall = brick("wall", (0.0, 0.0, 0.5), (LENGTH, WIDTH, 1.0))
+    survived = acceleration(assembly([wall], everywhere(Bond(tension, 10.0 * tension))).problem())
+    limit = (WEIGHT + tension * AREA) * WIDTH / WEIGHT
+    assert survived is not None
+    assert survived.value == pytest.approx(limit, rel=CLOSE)
+    assert survived.upper == pytest.approx(limit, rel=CLOSE)
+    assert abs(sin(survived.bearing)) == pytest.approx(1.0)
+
+
+def test_a_magnet_on_the_ground_slides_alike_in_all_directions() -> None:
+    flat = brick("b", (0.0, 0.0, 0.005), (0.2, 0.2, 0.01))
+    survived = acceleration(assembly([flat], everywhere(Pull(1.0))).problem())
+    limit = 0.5 * (WEIGHT + 4.0) / WEIGHT
+    assert survived is not None
+    assert limit * (1.0 - 6e-3) <= survived.value <= limit * (1.0 + 1e-9)
+    assert survived.upper == pytest.approx(limit, rel=CLOSE)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_search_for_joined_bricks_agrees_with_that_for_dry_ones(seed: int) -> None:
+    draw = Random(seed)
+    at = [(draw.uniform(-0.03, 0.03), draw.uniform(-0.02, 0.02)) for _ in range(3)]
+    pile = [brick(f"b{i}", (x, y, (i + 0.5) * HEIGHT), yaw=draw.uniform(0.0, 3.0)) for i, (x, y) in enumerate(at)]
+    problem = assembly(pile, DRY).problem()
+    one, other = (
+        acceleration(problem),
+        acceleration_of_joined(problem, dict.fromkeys(problem.bricks, WEIGHT), 1e-3, EXACT),
+    )
+    assert one is not None
+    assert other is not None
+    assert other.value <= one.upper * (1.0 + CLOSE)
+    assert other.upper >= one.value * (1.0 - CLOSE)
+    assert other.value == pytest.approx(one.value, rel=5e-3)
 
 
 # --- invariance ------------------------------------------------------------------------------------------------------

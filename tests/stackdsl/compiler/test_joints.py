@@ -112,7 +112,10 @@ def test_mistakes_in_joints_are_told_with_their_place(joints: str, code: str, pl
         ("impacts: [{push: {brick: low, impulse: [1 mN*s, 0 N*s, 0 N*s]}}]\n", "the impact `push` is not played"),
         ("expect: [{drift: 0 mm}]\n", "the claim `drift` is about a motion"),
         ("expect: [{verdict: guaranteed}]\n", "the margin `guaranteed` is not computed for bricks with joints"),
-        ("expect: [{margin: {tilt: '> 3 deg'}}]\n", "the margin `tilt` is not computed for bricks with joints"),
+        (
+            "expect: [{margin: {placement: '> 3 mm'}}]\n",
+            "the margin `placement` is not computed for bricks with joints",
+        ),
     ],
 )
 def test_what_is_not_judged_for_joined_bricks_is_refused(rest: str, message: str) -> None:
