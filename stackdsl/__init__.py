@@ -98,9 +98,12 @@ def _unknown(name: str, caller: FrameType) -> Exception:
         return AttributeError(name)
     from dis import opname  # noqa: PLC0415 -- only mistakes need it
 
+    from stackdsl.api import words  # noqa: PLC0415 -- likewise
     from stackdsl.diagnostics import choice_text, missing_attribute  # noqa: PLC0415 -- likewise
 
-    remedy = choice_text(name, __all__, _MEANT)
+    homes = [each for each in (words.LAYOUT_WORDS, words.CLAIM_WORDS, words.IMPACT_WORDS) if name in each.names()]
+    remedy = "; or ".join(f"write `from stackdsl import {each.name}`, then `{each.name}.{name}(...)`" for each in homes)
+    remedy = remedy or choice_text(name, __all__, _MEANT)
     # Python would replace the text of an AttributeError in `from stackdsl import name`.
     if opname[caller.f_code.co_code[caller.f_lasti]] == "IMPORT_FROM":
         return ImportError(f"cannot import '{name}' from '{__name__}'; {remedy}", name=__name__)

@@ -27,3 +27,17 @@ def offered_systems() -> Mapping[str, tuple["EntryPoint", ...]]:
     for entry in entry_points(group=GROUP):
         by_name[entry.name] = (*by_name.get(entry.name, ()), entry)
     return dict(sorted(by_name.items()))
+
+
+# How to choose an engine, by the names that users give it.
+ENGINES: Mapping[str, str] = {
+    **dict.fromkeys(
+        ("pybullet", "bullet"), "write tuned for PyBullet with settings for stacks, or stock for its default settings"
+    ),
+    "mujoco": "remove it; MuJoCo is chosen in the call, with `--system mujoco`",
+}
+
+
+def engine_remedy(name: str) -> str:
+    """Return the remedy for the name of an engine in place of a system; empty for other names."""
+    return ENGINES.get(name.lower(), "")

@@ -23,17 +23,28 @@ WORDS: Final[tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]],
         re.compile(r"^write (\w+), or a mapping with the keys (.*)$"),
         lambda match: f'write "{match[1]}", or give keys: {_own_names(match[2])}',
     ),
+    (re.compile(r"^write ([a-z]+)$"), r'write "\1"'),
     (re.compile(r"^write all, or add (one of .*)$"), lambda match: f'write "all", or add {_own_names(match[1])}'),
     (re.compile(r"define it under `let`, above this place"), "define it in `let={...}`"),
     (
         re.compile(r"systems of other packages are chosen with --system"),
         "`play(case.on(SYSTEM))` of stackdsl.api.run plays a case on a system of another package",
     ),
-    (re.compile(r"^add `scenario`, .*$"), "give it a name, the first argument"),
-    (re.compile(r"^add `(\w+)`"), lambda match: f"give `{python_name(match[1])}=`"),
+    (re.compile(r"^add `scenario: .*$"), "give it a name, the first argument"),
+    (
+        re.compile(r"^add `(\w+)(?:: ([^`]*))?`"),
+        lambda match: f"give `{python_name(match[1])}={_literal(match[2] or '')}`",
+    ),
     (re.compile(r"^quote it$"), "write a text"),
     (re.compile(r"such as (\d[\w.]* [\w/*%^]+)"), r'such as "\1"'),
 )
+
+
+def _literal(text: str) -> str:
+    """Return a scalar of YAML as a Python literal; a mapping or a list is one already."""
+    if not text or text[0] in '{["':
+        return text
+    return repr(yaml.safe_load(text)).replace("'", '"')
 
 
 def python_name(key: str) -> str:

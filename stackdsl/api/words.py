@@ -14,13 +14,14 @@ from pydantic import BaseModel, TypeAdapter
 
 from stackdsl.api.python_remedies import python_name
 from stackdsl.api.written import HERE, Part, Written, written
-from stackdsl.diagnostics import choice_text, missing_attribute
+from stackdsl.diagnostics import choice_text, meant_choice, missing_attribute
 from stackdsl.language.claims.claim import Expectation, Truth
 from stackdsl.language.claims.claim_kind import CLAIMS
 from stackdsl.language.impacts import IMPACTS, Impact
 from stackdsl.language.layouts.registry import LAYOUTS
 from stackdsl.language.model_base import Kinds
 from stackdsl.language.schema import BuildStep
+from stackdsl.language.validation import keys_called
 
 Schema: TypeAlias = Mapping[str, Any]
 Keys: TypeAlias = dict[str, tuple[str, str]]  # Python type and description, by key
@@ -48,9 +49,16 @@ class Words:
         if name not in self._made:
             key = next((key for key in self._kinds if python_name(key) == name), None)
             if key is None:
-                raise missing_attribute(self.name, name, choice_text(name, self.names()))
+                raise missing_attribute(self.name, name, self._remedy(name))
             self._made[name] = self._function(key)
         return self._made[name]
+
+    def _remedy(self, name: str) -> str:
+        """Return the remedy for an unknown name: a call that has its meaning, or the names."""
+        meant = next(iter(keys_called(name, self._kinds)), "") or meant_choice(name, self.names())
+        plain = self._shape(meant)[0] if meant in self._kinds else []
+        word = next((shape["const"] for shape in plain if isinstance(shape.get("const"), str)), "")
+        return f'write {self.name}.{meant}("{word}")' if word else choice_text(meant or name, self.names())
 
     def stub(self) -> str:
         """Return the text of the `.pyi` file of the module."""

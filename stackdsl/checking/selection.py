@@ -7,6 +7,7 @@ from functools import cache
 from hashlib import sha256
 from itertools import groupby
 from pathlib import Path
+from shlex import quote
 from typing import Final, Protocol, Self, TypeAlias, TypeVar
 
 from stackdsl.checking.cases import SUFFIXES
@@ -282,7 +283,8 @@ def nothing_selected_text(selection: Selection, cases: Sequence[Selectable], pat
         hint = f"scenario files end in {' or '.join(SUFFIXES)}; `stackdsl new NAME` creates one"
         return f"nothing selected: no scenario in {where}; {hint}"
     reasons = list(_reasons(selection, cases)) or ["no case meets all criteria together"]
-    return f"nothing selected: {'; '.join(reasons)}; `stackdsl check --list` lists all cases"
+    listing = " ".join(["stackdsl check", *(quote(str(path)) for path in paths), "--list"])
+    return f"nothing selected: {'; '.join(reasons)}; `{listing}` lists all cases"
 
 
 def _reasons(selection: Selection, cases: Sequence[Selectable]) -> Iterator[str]:

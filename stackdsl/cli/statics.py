@@ -90,7 +90,7 @@ def survive_command(request: Request, bearings: int, accuracy: float) -> ExitCod
     elif request.plot is not None and found:
         name, worst = found[0]
         draw(partial(drawn_survival, name, worst, expected=_expected(cases[name])), request.plot)
-    return code
+    return _unless_nothing(found, code)
 
 
 def _expected(case: Case) -> float | None:
@@ -166,7 +166,11 @@ def find_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         (name, _limit(name, case, wish)) for wish in wishes for name, case in request.variants(wish.name).items()
     )
     instead = "narrow the range with --from and --to, use a larger --within, or use fewer bricks"
-    found, code = request.answer(questions, LIMITS, instead)
+    return _unless_nothing(*request.answer(questions, LIMITS, instead))
+
+
+def _unless_nothing(found: Sequence[object], code: ExitCode) -> ExitCode:
+    """Return the exit code of a command whose question has no answer for any case, or else `code`."""
     return ExitCode.USAGE if code is ExitCode.OK and not found else code
 
 
@@ -212,7 +216,9 @@ def sensitivities_command(request: Request, of: str, checked: int, top: int) -> 
     questions = (
         (name, _sensitivities(name, case, MarginKind(of), checked)) for name, case in request.variants().items()
     )
-    return request.answer(questions, writing, "use --check 0, which checks no result, or fewer bricks")[1]
+    return _unless_nothing(
+        *request.answer(questions, writing, "use --check 0, which checks no result, or fewer bricks")
+    )
 
 
 def _sensitivities(name: str, case: Case, of: MarginKind, checked: int) -> Iterator[Sensitivities]:
@@ -313,7 +319,7 @@ LESS = "use a smaller --most or fewer bricks"
 def order_command(request: Request, props: bool, most: int) -> ExitCode:
     """Find an order of building in which the structure of FILE stands after each step, or the fewest props."""
     questions = ((name, _order(name, case, props, most)) for name, case in request.variants().items())
-    return request.answer(questions, IN_PARTS, LESS)[1]
+    return _unless_nothing(*request.answer(questions, IN_PARTS, LESS))
 
 
 def _finished(name: str, case: Case) -> Assembly | None:
@@ -370,7 +376,7 @@ def pull_command(request: Request, all_bricks: bool, single: bool, most: int) ->
     """List the bricks that can be pulled out of the structure of FILE, and the longest order of pulls."""
     how = all_bricks, not single, most
     questions = ((name, _pulls(name, case, *how)) for name, case in request.variants().items())
-    return request.answer(questions, IN_PARTS, LESS)[1]
+    return _unless_nothing(*request.answer(questions, IN_PARTS, LESS))
 
 
 def _pulls(name: str, case: Case, all_bricks: bool, orders: bool, most: int) -> Parts:

@@ -24,6 +24,22 @@ MEANT: Final = {
 }
 
 
+# Words of new users for options.
+MEANT_OPTIONS: Final = {
+    **dict.fromkeys(("max", "maximum", "maximize", "maximise", "highest", "biggest"), ("largest", "most")),
+    **dict.fromkeys(("min", "minimum", "minimize", "minimise", "lowest", "smallest"), ("least",)),
+    **dict.fromkeys(("filter", "select", "grep", "match", "only", "case", "name"), ("k",)),
+    **dict.fromkeys(("engine", "backend", "simulator", "solver", "on"), ("system",)),
+    **dict.fromkeys(("output", "save", "o"), ("out",)),
+    **dict.fromkeys(("threads", "workers", "parallel", "processes", "n"), ("jobs",)),
+    **dict.fromkeys(("timeout", "max-time", "limit"), ("time-limit",)),
+    **dict.fromkeys(("precision", "tolerance", "tol", "eps"), ("accuracy", "within")),
+    **dict.fromkeys(("type", "json", "csv"), ("format",)),
+    **dict.fromkeys(("update-golden", "accept", "bless", "overwrite"), ("update",)),
+    **dict.fromkeys(("graph", "figure", "chart", "draw"), ("plot",)),
+}
+
+
 def unknown_command(name: str, commands: Sequence[str], context: click.Context) -> click.UsageError:
     """Return the error for an unknown command: the name that may be meant, or the commands for a file."""
     if os.path.exists(name) or name.lower().endswith((".yaml", ".yml")):
@@ -62,7 +78,11 @@ def _unknown_option(name: str, context: click.Context) -> str:
     options = [each for each in command.get_params(context) if isinstance(each, click.Option)]
     names = [each for option in options for each in (*option.opts, *option.secondary_opts)]
     by_word = {each.lstrip("-"): each for each in names}
-    if meant := meant_choice(name.lstrip("-"), list(by_word)):
+    known = [each for each in MEANT_OPTIONS.get(name.lstrip("-").lower(), ()) if each in by_word]
+    if len(known) > 1:
+        lines = [_help_of(option, context) for option in options if {*option.opts} & {by_word[each] for each in known}]
+        return "\n".join([f"No such option '{name}'; write one of:", *lines])
+    if meant := next(iter(known), "") or meant_choice(name.lstrip("-"), list(by_word)):
         return f"No such option '{name}'; did you mean '{by_word[meant]}'?"
     common = {each for topic in TOPICS.values() for each in topic}
     own = [option for option in options if option.name not in {*common, "help"}]

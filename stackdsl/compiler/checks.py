@@ -1,14 +1,14 @@
 """Checks of a compiled scenario: names, levels, neighbours, overlaps, slivers, contradictory claims, large margins."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, inf
 from typing import Final, Self
 
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import bounds_W
 from stability.geometry.spatial_grid import Neighbours
-from stability.geometry.vectors import SHORTEST, body_axes, dot
+from stability.geometry.vectors import SHORTEST, add, body_axes, dot
 from stability.model import GROUND, BodyId, Vec3
 from stability.statics.assembly import LIGHTEST
 from stackdsl.compiler.bricks import MAX_NAMED, ActionOrder, ResolvedBrick, WrittenBrick, later_names
@@ -17,6 +17,7 @@ from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean
 from stackdsl.language.claims.claim import Claim, Expectation
 from stackdsl.language.claims.claim_kind import ClaimKind
+from stackdsl.language.quantities import LENGTH, InputError, parse_quantity
 from stackdsl.language.room_on_deck import Room, room_text
 from stackdsl.language.schema import Scenario
 from stackdsl.language.value_types import NameReference, named_in
@@ -319,8 +320,9 @@ def _misfit(
                 return "SD201", message, f"{on_deck}; or {DELETE}" if twice else on_deck
             if same:
                 return "SD201", message, f"{DELETE}, or move it" if twice else "move one of them"
-            aside = _apart(brick.written, other) if other is not None and towards == " towards +z" else ""
-            return "SD201", message, f"move it aside, by {aside}, or {hint.removeprefix('move it ')}" if aside else hint
+            if towards == " towards +z":
+                hint = " or ".join(_supported_places(brick, other, fit.depth, built, source)) or hint
+            return "SD201", message, hint
         if other is None or brick.written.step >= len(scenario.build):
             return "SD201", message, f"{hint}, or place the layout elsewhere with `origin`"
         if other.path == brick.written.path:
@@ -356,16 +358,53 @@ def _on_deck(brick: ResolvedBrick, other: WrittenBrick, bricks: Sequence[Resolve
     return f"{row}{free}; or {moves}"
 
 
+MOST_TRIED: Final = 500  # bricks of a scene in which places for one brick are tried; each takes milliseconds
+
+
+def _supported_places(
+    brick: ResolvedBrick, other: WrittenBrick | None, depth: float, built: ResolvedScenario, source: Source
+) -> Iterator[str]:
+    """Yield keys that place a single brick on top of, or beside, the body that it is inside of. Each is tried."""
+    written = source.values
+    for key in brick.written.path:
+        written = written[key]  # type: ignore[assignment, index]  # a path of the source
+    at = written.get("at") if isinstance(written, dict) else None
+    try:
+        place = [parse_quantity(each, LENGTH) for each in at] if isinstance(at, list) else []
+    except InputError:  # an expression
+        return
+    here = source.value_spans.get((*brick.written.path, "at"))
+    is_imported = here is None or here.file != source.span_of(brick.written.path).file
+    if is_imported or len(place) != len(AXES) // 2 or len(built.in_order) > MOST_TRIED:
+        return
+    sited, index = _sited(built.in_order, built), built.in_order.index(brick)
+    resting = sited[index]
+    moves = [("`at` is the centre of the brick: write", (0.0, 0.0, depth))]
+    if other is not None:
+        shift, towards = _way_aside(brick.written, other)
+        moves.append(("beside it", (shift * AXES[towards][0], shift * AXES[towards][1], 0.0)))
+    for way, move in moves:
+        sited[index] = replace(resting, pose=replace(resting.pose, position_W=add(resting.pose.position_W, move)))
+        fit = fits(sited, built.planes)[index]
+        if not fit.overlaps and not fit.in_the_air:
+            yield f"{way} `at: [{', '.join(mm(each, 9) for each in add((place[0], place[1], place[2]), move))}]`"
+
+
 def _apart(brick: WrittenBrick, other: WrittenBrick) -> str:
     """Return a horizontal shift that ends the overlap of two bricks: `94.2 mm towards +x`."""
+    shift, towards = _way_aside(brick, other)
+    return f"{rounded_up(MILLIMETRES * shift, USUAL_DIGITS)} mm towards {towards}"
+
+
+def _way_aside(brick: WrittenBrick, other: WrittenBrick) -> tuple[float, str]:
+    """Return the least horizontal shift [m] that ends the overlap of two bricks, and its direction."""
     (low, high), (other_low, other_high) = _bounds((brick,)), _bounds((other,))
     ways = [
         (way, towards)
         for axis, (plus, minus) in enumerate((("+x", "-x"), ("+y", "-y")))
         for way, towards in ((other_high[axis] - low[axis], plus), (high[axis] - other_low[axis], minus))
     ]
-    shift, towards = min(ways, key=lambda each: (round(each[0], 9), each[1]))
-    return f"{rounded_up(MILLIMETRES * shift, USUAL_DIGITS)} mm towards {towards}"
+    return min(ways, key=lambda each: (round(each[0], 9), each[1]))
 
 
 def _wider(brick: WrittenBrick, other: WrittenBrick, scenario: Scenario) -> str:

@@ -1,6 +1,6 @@
 """Replaces `import` in build steps by `bricks`, each with its position in the imported file."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -14,8 +14,9 @@ from stackdsl.importers.load_warnings import load_warnings
 from stackdsl.importers.overhang import permitted_area
 from stackdsl.importers.settling import SettledLoad, first_unsettleable, settled
 from stackdsl.importers.supervised_reading import load_supervised
-from stackdsl.language.imports import Import
-from stackdsl.language.validation import mistakes_at, report_missing_dependency
+from stackdsl.language.imports import DefaultUnits, Import
+from stackdsl.language.schema import BuildStep
+from stackdsl.language.validation import in_flow_style, mistakes_at, report_missing_dependency
 from stackdsl.language.value_types import MAX_BRICKS
 from stackdsl.language.yaml.includes import Library, OutsideError, composed, file_in_project, root_of
 from stackdsl.language.yaml.source import KeyPath, Loaded, PlaceBuilder, Plain, Source
@@ -124,6 +125,7 @@ def _imported(
             raise _InvalidImportError(
                 Diagnostic("SD108", source.key_span_of((*path, other)), message, "split the step into two")
             )
+    _refuse_misplaced(source, path, step)
     options = _options(source, here, step[IMPORT])
     span = source.span_of((*here, "file"))
     file = _file(options.file, span)
@@ -137,6 +139,10 @@ def _imported(
     except UnreadableLoadError as error:
         where = f"imported from {source.key_span_of(here)}"
         diagnostics = [replace(each, span=replace(each.span, where=where)) for each in error.diagnostics]
+        if error.proposed and isinstance(step[IMPORT], dict) and not span.key:
+            entry = _completed(step[IMPORT], error.proposed)
+            hint = f"{diagnostics[0].hint}; in {source.key_span_of(here)}, write `{entry}`"
+            diagnostics[0] = replace(diagnostics[0], hint=hint)
         raise _InvalidImportError(*diagnostics) from error
     except OSError as error:
         message = f"cannot read the file: {error.strerror}"
@@ -166,6 +172,24 @@ def path_beside(name: str, file: str) -> str:
         return file_in_project(name, file, root_of(file))
     except OutsideError as error:
         raise OSError(f"{error.message}; {error.hint}") from error
+
+
+def _completed(written: dict[str, Plain], proposed: Mapping[str, Plain]) -> str:
+    """Return an import with the values that are proposed for it."""
+    units = {key: value for key, value in proposed.items() if key in DefaultUnits.model_fields}
+    others = {key: value for key, value in proposed.items() if key not in units}
+    return f"{IMPORT}: {in_flow_style({**written, **({'units': units} if units else {}), **others})}"
+
+
+def _refuse_misplaced(source: Source, path: KeyPath, step: dict[str, Plain]) -> None:
+    """Raise _InvalidImportError for keys of `import` that stand beside it."""
+    misplaced = [key for key in step if key in Import.model_fields and key not in BuildStep.model_fields]
+    if misplaced and isinstance(written := step[IMPORT], dict):
+        whole = in_flow_style({**written, **{key: step[key] for key in misplaced}})
+        hint = f"this key belongs in `{IMPORT}`: write `{IMPORT}: {whole}`"
+        raise _InvalidImportError(
+            *(Diagnostic("SD101", source.key_span_of((*path, key)), f"unknown key '{key}'", hint) for key in misplaced)
+        )
 
 
 def _options(source: Source, here: KeyPath, written: Plain) -> Import:

@@ -231,6 +231,19 @@ def _variable(name: str, names: "Names") -> "Amount":
     return value
 
 
+def _with_unit(*operands: "Amount") -> str:
+    """Return the remedy for operands of different units: the number of two with the unit of the other."""
+    numbers = [each for each in operands if not unit_text(each)]
+    unit = next((unit_text(each) for each in operands if unit_text(each)), "")
+    if len(numbers) != 1:
+        return "use the same kind of unit for both"
+    number = f"{float(numbers[0].magnitude):g}"
+    return f"write {number} {_USUAL.get(unit, unit)} in place of {number}"
+
+
+_USUAL: Final = {"m": "mm", "rad": "deg"}  # units of numbers in expressions
+
+
 def _operation(operator: ast.operator, left: "Amount", right: "Amount") -> "Amount":
     match operator:
         case ast.Mult():
@@ -243,9 +256,7 @@ def _operation(operator: ast.operator, left: "Amount", right: "Amount") -> "Amou
             return _power(left, right)
     if left.units != right.units:
         verb = "add" if isinstance(operator, ast.Add) else "subtract"
-        raise _mistake(
-            f"cannot {verb} {_noun(left)} and {_noun(right)}", "use the same kind of unit for both, or no units"
-        )
+        raise _mistake(f"cannot {verb} {_noun(left)} and {_noun(right)}", _with_unit(left, right))
     return left + right if isinstance(operator, ast.Add) else left - right
 
 

@@ -1,7 +1,7 @@
 """JSON schema of a scenario, for editors and for the remedies of mistakes."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, lru_cache
 from typing import Any, Final
 
@@ -141,6 +141,57 @@ def keys_at(path: KeyPath) -> tuple[str, ...]:
 def description_at(path: KeyPath) -> str:
     """Return the description of the value at a path; empty if there is none."""
     return next((str(node["description"]) for node in nodes_at(path) if "description" in node), "")
+
+
+def word_at(path: KeyPath) -> str:
+    """Return the word that may stand at a path in place of a mapping, such as `all`; empty if there is none."""
+    return next((node["const"] for node in nodes_at(path) if isinstance(node.get("const"), str)), "")
+
+
+def choices_at(path: KeyPath) -> tuple[str, ...]:
+    """Return the keys of which the mapping at a path has exactly one."""
+    return tuple(key for node in nodes_at(path) for one in node.get("oneOf", ()) for key in one["required"])
+
+
+def example_at(path: KeyPath) -> Any:  # noqa: ANN401 -- any value of YAML
+    """Return a value that is valid at a path; None if the schema has no example of it."""
+    return _example(nodes_at(path))
+
+
+def _example(nodes: Iterable[JsonSchemaValue]) -> Any:  # noqa: ANN401 -- likewise
+    for node in nodes:
+        if "examples" in node:
+            return node["examples"][0]
+        if isinstance(node.get("const"), str):
+            return node["const"]
+        if "enum" in node:
+            return node["enum"][0]
+        match node.get("type"):
+            case "integer" | "number":
+                return max(node.get("minimum", 1), 1)
+            case "boolean":
+                return True
+            case "array":
+                items = node.get("prefixItems") or [node["items"]] * max(node.get("minItems", 1), 1)
+                listed = [_example(_alternatives(item)) for item in items]
+                return None if None in listed else listed
+            case "object" if "properties" in node:
+                return _example_of_mapping(node)
+    return None
+
+
+def _example_of_mapping(node: JsonSchemaValue) -> Any:  # noqa: ANN401 -- likewise
+    """Return a mapping with the required keys, and the first of the keys of which one is required."""
+    several = [node, *node.get("allOf", ())]
+    chosen = [key for each in several for key in each.get("oneOf", [{"required": []}])[0]["required"]]
+    keys = dict.fromkeys([*chosen, *node.get("required", ())]) or list(node["properties"])[:1]
+    counted = node.get("then", {}).get("properties", {})
+    made = {}
+    for key in keys:
+        made[key] = _example(_alternatives(node["properties"][key]))
+        for more in counted.get(key, {}).get("required", ()):
+            made[key] = {**(made[key] or {}), more: 1}
+    return None if None in made.values() else made
 
 
 def nodes_at(path: KeyPath) -> Iterator[JsonSchemaValue]:

@@ -105,6 +105,11 @@ class AtLeastOneKey(AuthorModel):
         return self
 
 
+class NoWordError(InputError):
+    """A scalar is not the word that may stand in place of a mapping."""
+
+
+AFFIRMATIONS: Final = frozenset({"true", "yes"})
 NEGATIONS: Final = frozenset({"false", "never", "no", "none", "not", "nothing", "0"})
 
 
@@ -128,7 +133,9 @@ class Shorthand(AuthorModel):
         message = f"expected '{cls.scalar_word}' or a mapping, not {shown(scalar)}"
         if cls.opposite and str(scalar).lower() in NEGATIONS:
             raise InputError("SD104", message, f"write `{cls.opposite}` in its place")
-        raise InputError("SD104", message, f"write {cls.scalar_word}, or a mapping with the keys {cls._keys()}")
+        if str(scalar).lower() in AFFIRMATIONS:
+            raise InputError("SD104", message, f"write {cls.scalar_word}")
+        raise NoWordError("SD104", message, f"write {cls.scalar_word}, or a mapping with the keys {cls._keys()}")
 
     @classmethod
     def _remedy(cls) -> str:

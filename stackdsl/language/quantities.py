@@ -262,8 +262,19 @@ def as_text(written: object, dimension: Dimension) -> str:
 def advice(dimension: Dimension, number: str = "") -> str:
     """Return the remedy for a malformed quantity, or for a number without its unit."""
     unit = " with its unit" if dimension.needs_unit else ""
-    example = f"{number} {dimension.example.split()[-1]}" if number else dimension.example
+    example = _example(dimension, Fraction(number)) if number else dimension.example
     return f"write {dimension.noun}{unit}, such as {example}"
+
+
+SMALL: Final = {"rad": 7.0}  # a number below it, 1 for other units, is likely in SI, since it is tiny in everyday units
+
+
+def _example(dimension: Dimension, number: Fraction) -> str:
+    """Return a number with its likely unit; a small one in the everyday unit, from SI."""
+    unit, si = dimension.example.split()[-1], si_unit(dimension)
+    if unit == si or abs(number) >= SMALL.get(si, 1.0):
+        return f"{float(number):.15g} {unit}"
+    return f"{float(number / in_si(unit)):.4g} {unit} for {float(number):.15g} {si}"
 
 
 def range_advice(dimension: Dimension) -> str:

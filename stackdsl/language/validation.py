@@ -4,23 +4,25 @@ import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path as FilePath
 from typing import Final, NamedTuple, get_args
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from stackdsl.diagnostics import Diagnostic, capped, did_you_mean, meant_choice, reading_order
-from stackdsl.entry_points import offered_systems
-from stackdsl.language.bricks import BrickKind, known_bricks, laid
+from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean, meant_choice, reading_order
+from stackdsl.entry_points import engine_remedy, offered_systems
+from stackdsl.language.bricks import CATALOGUE, BrickKind, known_bricks, laid
 from stackdsl.language.distributions import sampled
 from stackdsl.language.expressions import meant_expression
 from stackdsl.language.layouts.registry import place
+from stackdsl.language.model_base import NoWordError
 from stackdsl.language.quantities import QUANTITY, ConsequentialError, InputError, number_remedy, shown, triple
 from stackdsl.language.schema import Package, Scenario, is_installed, models
 from stackdsl.language.value_types import PROVING
 from stackdsl.language.variants import KINDS, Variant
-from stackdsl.language.yaml.includes import definitions_of
-from stackdsl.language.yaml.source import KeyPath, Plain, Source
+from stackdsl.language.yaml.includes import INCLUDE, LISTS, OutsideError, definitions_of, file_in_project, root_of
+from stackdsl.language.yaml.source import KeyPath, Plain, Source, load
 
 # Conflicts between values of a scenario that are valid by themselves.
 
@@ -149,6 +151,7 @@ LIMITS: Final = (
 VALUE_CODES: Final = ("SD103", "SD104", "SD110")  # of a value of the wrong form
 ANY_WORD: Final = "word"  # permitted where any name is
 NOTHING_MEANT: Final[Mapping[KeyPath, str]] = {}
+LONGEST_LITERAL: Final = 70  # [characters] of a value in a remedy
 MOST_COMPARED: Final = 20  # unknown keys that are compared with a missing key
 MOST_EXPLAINED: Final = 4  # keys with a description in the remedy for a missing mapping
 _ITEMS: Final = "begin each item with `- `"
@@ -215,7 +218,7 @@ def _meant_keys(details: Iterable[ErrorDetails], source: Source) -> dict[KeyPath
     meant: dict[KeyPath, str] = {}
     for detail in details:
         path, written = detail["loc"], detail["input"]
-        if not isinstance(written, str) or not path or _explain(detail).code not in VALUE_CODES:
+        if not isinstance(written, str) or not path or _explain(detail, source).code not in VALUE_CODES:
             continue
         around = path[:-1]
         free = (key for key in keys_at(around) if (*around, key) not in source.value_spans)
@@ -226,20 +229,34 @@ def _meant_keys(details: Iterable[ErrorDetails], source: Source) -> dict[KeyPath
             ]
         if len(fitting) == 1:
             meant[path] = fitting[0]
+    unknown = _unknown_keys(details)
+    for around, keys in missing.items():
+        others = unknown[around]
+        if len(keys) != 1 or len(others) != 1:
+            continue
+        value = _written_at(source, (*around, others[0]))
+        if _fits((*around, keys[0]), value) and not _counterpart(others[0], value, around, source):
+            meant[*around, others[0]] = keys[0]
     return meant
+
+
+def _unknown_keys(details: Iterable[ErrorDetails]) -> defaultdict[KeyPath, list[str]]:
+    unknown: defaultdict[KeyPath, list[str]] = defaultdict(list)
+    for detail in details:
+        if detail["type"] == "extra_forbidden":
+            unknown[detail["loc"][:-1]].append(str(detail["loc"][-1]))
+    return unknown
 
 
 def _without_echoes(details: Sequence[ErrorDetails], meant: dict[KeyPath, str]) -> Iterator[ErrorDetails]:
     """Yield the errors that do not follow from others. A misspelt key is not also reported as missing."""
-    unknown: defaultdict[KeyPath, list[str]] = defaultdict(list)
+    unknown = _unknown_keys(details)
     supplied = {(*path[:-1], key) for path, key in meant.items()}
-    for detail in details:
-        if detail["type"] == "extra_forbidden":
-            unknown[detail["loc"][:-1]].append(str(detail["loc"][-1]))
     for detail in details:
         *path, last = detail["loc"] or ("",)
         others = unknown[tuple(path)][:MOST_COMPARED]
-        is_supplied = detail["loc"] in supplied or any(_synonyms(other, [str(last)]) for other in others)
+        is_supplied = detail["loc"] in supplied or any(keys_called(other, [str(last)]) for other in others)
+        is_supplied = is_supplied or last in unknown[tuple(path[:-1])]  # beside the mapping in place of in it
         misspelt = detail["type"] == "missing" and (is_supplied or meant_choice(str(last), others))
         if not misspelt and not _is_echo(detail):
             yield detail
@@ -261,14 +278,17 @@ def _diagnostic(source: Source, detail: ErrorDetails, meant: Mapping[KeyPath, st
     from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
 
     path = detail["loc"]
-    code, message, hint = _explain(detail)
+    if detail["type"] == "tuple_type" and (listed := _as_items(source, path, detail["input"])):
+        place, hint = listed
+        return Diagnostic("SD103", place, "expected a list, not a mapping", hint)
+    code, message, hint = _explain(detail, source)
     if code in ("SD105", "SD106") and "${" in source.span_of(path).text:
         message, hint = _of_expression(code, message, hint, detail["input"])
     elif detail["type"] == "int_type" and "${" in source.span_of(path).text:
         message = f"the expression gives {shown(detail['input'])}, not a whole number"
         hint = "round it with floor, ceil or round" if isinstance(detail["input"], float) else hint
     elif path in meant:
-        hint = f"write `{meant[path]}: {_quoted(detail['input'])}`"
+        message, hint = _of_other_key(detail, message, meant[path])
     elif code != "SD101" and (expression := meant_expression(detail["input"], _variables(source))):
         hint = f'write "{expression}" for the value of the variable'
     elif code != "SD101" and isinstance(detail["input"], list) and f"{path[-1]}s" in keys_at(path[:-1]):
@@ -284,6 +304,17 @@ def _diagnostic(source: Source, detail: ErrorDetails, meant: Mapping[KeyPath, st
     return Diagnostic(code, span, message, hint)
 
 
+def _of_other_key(detail: ErrorDetails, message: str, meant: str) -> tuple[str, str]:
+    """Return message and remedy for an unknown key, or a value, that means another key."""
+    path, written = detail["loc"], detail["input"]
+    if detail["type"] == "extra_forbidden":
+        return message, _with_meaning(f"write `{meant}` in place of `{path[-1]}`", (*path[:-1], meant))
+    return (
+        f"{shown(written)} is a value of `{meant}`, not of `{path[-1]}`",
+        f"write `{meant}: {in_flow_style(written)}`",
+    )
+
+
 def _variables(source: Source) -> set[str]:
     return {str(path[-1]) for path in definitions_of(source.values) if path[0] != KINDS}
 
@@ -297,28 +328,72 @@ def _of_expression(code: str, message: str, hint: str, value: object) -> tuple[s
     return f"{gives}, and {message}", f"change the expression; its unit must be one of {units}"
 
 
-def _explain(detail: ErrorDetails) -> _Explanation:
+def _as_items(source: Source, path: KeyPath, written: object) -> tuple[Span, str] | None:
+    """Return place and remedy for the keys of items in place of a list; None if the items have no such keys."""
+    from stackdsl.language.json_schema import choices_at, keys_at  # noqa: PLC0415 -- only mistakes need it
+
+    item = (*path, 0)
+    if not isinstance(written, dict) or not written or not {*written} & {*keys_at(item)}:
+        return None
+    items: list[dict[str, object]] = [{}]
+    for key, value in written.items():
+        if key in choices_at(item) and any(other in choices_at(item) for other in items[-1]):
+            items.append({})
+        items[-1][key] = value
+    span = source.span_of(path)
+    if span.key:  # of a program in Python, where `in_python` has the words
+        return None
+    if span.text.startswith("{"):
+        return span, f"write `{path[-1]}: {in_flow_style(items)}`"
+    keys = {key: source.key_span_of((*path, key)) for key in written}
+    heads = [next(iter(each)) for each in items]
+    begin = keys[heads[0]]
+    line = begin.excerpt[begin.column - begin.excerpt_column :].split(" #")[0].rstrip()
+    literal = [line if "…" not in line else f"{heads[0]}:", *(f"{head}:" for head in heads[1:])]
+    below = [key for key in written if key not in heads]
+    indented = f", and indent {_named(below)} by two more spaces" if below else ""
+    return begin, f"write {' and '.join(f'`- {each}`' for each in literal)}{indented}"
+
+
+def _named(keys: Iterable[str]) -> str:
+    return ", ".join(f"`{key}`" for key in keys)
+
+
+def _written_at(source: Source, path: KeyPath) -> object:
+    """Return the value that a scenario has at a path; None if there is none."""
+    value: object = source.values
+    for key in path:
+        try:
+            value = value[key]  # type: ignore[index]  # what has no such item is caught
+        except (KeyError, IndexError, TypeError):
+            return None
+    return value
+
+
+def _explain(detail: ErrorDetails, source: Source) -> _Explanation:
     from stackdsl.language.json_schema import description_at  # noqa: PLC0415 -- only mistakes need it
 
     kind, path, written, terms = detail["type"], detail["loc"], detail["input"], detail.get("ctx", {})
     last = path[-1] if path else ""
     mistake = terms.get("error")
     if isinstance(mistake, InputError):
-        return _Explanation(mistake.code, mistake.message, number_remedy(written) or mistake.hint)
+        entry = _entry_for(written, path) if isinstance(mistake, NoWordError) else ""
+        hint = f"write {entry}" if entry else number_remedy(written) or mistake.hint
+        return _Explanation(mistake.code, mistake.message, hint)
     if (remedy := number_remedy(written)) and kind in ("int_type", "float_type"):
         return _Explanation("SD103", f"expected {WANTED[kind]}, not {shown(written)}", remedy)
     if kind == "too_long" and any(isinstance(item, int | float) for item in written):
         terms = {**terms, "more": "; write decimals with a point instead of a comma"}
     match kind:
         case "extra_forbidden":
-            return _Explanation("SD101", f"unknown key '{last}'", _known_key(str(last), written, path[:-1]))
+            return _Explanation("SD101", f"unknown key '{last}'", _known_key(str(last), written, path[:-1], source))
         case "missing" if isinstance(last, int):
             return _Explanation("SD103", "the list has too few items", f"write all items: {description_at(path[:-1])}")
         case "missing":
-            return _Explanation("SD102", f"missing key '{last}'", f"add `{last}`, {description_at(path)}")
+            return _Explanation("SD102", f"missing key '{last}'", f"add {_entry_at(path)}, {description_at(path)}")
         case "literal_error":
             choices = re.findall("'([^']*)'", terms["expected"])
-            hint = did_you_mean(str(written), choices) + (_other_systems() if "systems" in path else "")
+            hint = _system(str(written), choices) if "systems" in path else did_you_mean(str(written), choices)
             return _Explanation("SD104", f"{shown(written)} is not a permitted value", hint)
         case "model_type":
             return _Explanation("SD103", f"expected a mapping, not {shown(written)}", _as_mapping(written, path))
@@ -409,10 +484,26 @@ SHIFT_OF_ONE: Final = (
 )
 
 
-def _known_key(key: str, written: object, path: KeyPath) -> str:
-    """Return the remedy for an unknown key: a sibling mapping that has the key, a similar key, or all keys."""
-    from stackdsl.language.json_schema import keys_at, nodes_at  # noqa: PLC0415 -- only mistakes need it
+def _known_key(key: str, written: object, path: KeyPath, source: Source) -> str:
+    """Return the remedy for an unknown key: what it means, or that it means nothing here."""
+    from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
 
+    if meant := _counterpart(key, written, path, source):
+        return meant
+    return f"remove it; the keys here are {', '.join(keys_at(path))}"
+
+
+def _counterpart(key: str, written: object, path: KeyPath, source: Source) -> str:
+    """Return the remedy for an unknown key that means another key or place; empty for any other."""
+    return (
+        _of_subject(key, written, path)
+        or _meant_here(key, written, path, source)
+        or _elsewhere(key, written, path, source)
+    )
+
+
+def _of_subject(key: str, written: object, path: KeyPath) -> str:
+    """Return the remedy for a key about a subject that the language treats in another way; empty for others."""
     if key in ROUND:
         return ROUND_BODIES
     if key in BRAKING and (path in ((), ("world",)) or path[:1] == ("expect",)):
@@ -423,44 +514,130 @@ def _known_key(key: str, written: object, path: KeyPath) -> str:
         return NO_CONDITION
     if key == "brick" and path[-1:] == ("displaced",):
         return SHIFT_OF_ONE.format(shown(written).strip("'"))
+    return ""
+
+
+def _meant_here(key: str, written: object, path: KeyPath, source: Source) -> str:
+    """Return the remedy for a key that belongs in a mapping here, or means another key here; empty for others."""
+    from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+
+    if key == INCLUDE and not path:
+        return f"write `- {INCLUDE}: {in_flow_style(written)}` as an item of {_lists_of(written, source)}"
     siblings = keys_at(path)
+    for sibling in siblings:
+        inner = _written_at(source, (*path, sibling))
+        if isinstance(inner, dict) and key not in inner and key in keys_at((*path, sibling)):
+            whole = in_flow_style({**inner, key: written})
+            literal = f": write `{sibling}: {whole}`" if len(whole) <= LONGEST_LITERAL else ""
+            return f"this key belongs in `{sibling}`{literal}"
     if meant := _synonym(key, siblings, written, path):
-        is_list = any(node.get("type") == "array" and node.get("minItems") == 1 for node in nodes_at((*path, meant)))
-        listed = is_list and isinstance(written, str) and not keys_at((*path, meant, 0))
-        remedy = f"write `{meant}: [{written}]`" if listed else f"write `{meant}` in place of `{key}`"
-        return _with_meaning(remedy, (*path, meant))
+        return _with_meaning(_in_place_of(key, meant, written, path), (*path, meant))
     first, _, rest = key.partition(" ")
     if rest and first in siblings:
         return f"put a colon after it: `{first}: {{{rest}: {shown(written)}}}`".replace("'", "")
-    if place := _place_of(key, path):
+    if fitting := meant_choice(key, [each for each in siblings if _fits((*path, each), written)]):
+        return f"did you mean '{fitting}'?"
+    return ""
+
+
+def _elsewhere(key: str, written: object, path: KeyPath, source: Source) -> str:
+    """Return the remedy for a key of another mapping, or for a slip of a key here; empty for others."""
+    from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+
+    if place := _place_of(key, path, written, source):
         return place
-    elsewhere = ((meant, _place_of(meant, path)) for meant in _synonyms(key, WORDS))
+    elsewhere = ((meant, _place_of(meant, path, written, source)) for meant in keys_called(key, WORDS))
     other = next((f"write `{meant}`; {place}" for meant, place in elsewhere if place), "")
-    return f"did you mean '{near}'?" if (near := meant_choice(key, siblings)) else other or did_you_mean(key, siblings)
+    return f"did you mean '{near}'?" if (near := meant_choice(key, keys_at(path))) else other
 
 
-def _place_of(key: str, path: KeyPath) -> str:
+def _in_place_of(key: str, meant: str, written: object, path: KeyPath) -> str:
+    """Return the remedy for a key that means another: the key alone, or with the form of value that it takes."""
+    from stackdsl.language.json_schema import example_at, keys_at, nodes_at, word_at  # noqa: PLC0415 -- only mistakes need it
+
+    here = (*path, meant)
+    is_list = any(node.get("type") == "array" and node.get("minItems") == 1 for node in nodes_at(here))
+    if is_list and isinstance(written, str) and not keys_at((*here, 0)):
+        return f"write `{meant}: [{written}]`"
+    if isinstance(written, str | bool) and written in COUNTS and (counted := _counted(here)):
+        return f"write `{meant}: {{{counted}: {in_flow_style(COUNTS[written])}}}`"
+    if (word := word_at(here)) and not isinstance(written, dict) and written != word:
+        return f"write `{meant}: {_entry_for(written, here) or word}`"
+    example = example_at(here) if isinstance(written, str | int | float) and not _fits(here, written) else None
+    such = "" if example is None else f", such as `{meant}: {in_flow_style(example)}`,"
+    return f"write `{meant}`{such} in place of `{key}`"
+
+
+def _counted(path: KeyPath) -> str:
+    """Return the key of a mapping that counts bricks; empty if it has none."""
+    from stackdsl.language.json_schema import description_at, keys_at  # noqa: PLC0415 -- only mistakes need it
+
+    keys = (key for key in keys_at(path) if _permits((*path, key), "<= 0"))
+    return next((key for key in keys if description_at((*path, key)).startswith("number of")), "")
+
+
+def _lists_of(written: object, source: Source) -> str:
+    """Return the lists that a file to be included has; all lists if it cannot be read."""
+    found: list[str] = []
+    try:
+        root = root_of(source.file)
+        file = file_in_project(str(written), source.file, root)
+        found = [key for key in LISTS if any(key in each.values for each in load(FilePath(file), root).sources)]
+    except (OutsideError, OSError):
+        pass
+    return _named(found).replace(", ", " or of ") if found else f"the list that the file has: {_named(LISTS)}"
+
+
+def _place_of(key: str, path: KeyPath, written: object, source: Source) -> str:
     """Return the remedy for a key that belongs beside the mapping at a path, or in a value of it; empty if neither."""
     from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
 
     for depth in reversed(range(len(path))):
+        if depth == 0 and path[:1] != ("build",):
+            break  # a key of all bricks means something else in a claim or an impact
         if isinstance(path[depth], str) and key in keys_at(path[:depth]):
-            return f"this key belongs beside `{path[depth]}`, not in it"
+            place = (*path[:depth], key)
+            if place not in source.value_spans:
+                return f"this key belongs beside `{path[depth]}`, not in it"
+            line = source.key_span_of(place).line
+            own = _own_kind(key, path, written, source)
+            return f"`{key}` is set beside `{path[depth]}` in line {line}, so remove it here{own}"
     parents = [sibling for sibling in keys_at(path) if key in keys_at((*path, sibling))]
     lists = [sibling for sibling in keys_at(path) if key in keys_at((*path, sibling, 0))]
     if len(parents) == 1:
-        return f"this key belongs in `{parents[0]}`"
-    return f"this key belongs in an item of `{lists[0]}`" if lists else ""
+        return f"this key belongs in `{parents[0]}`: write `{parents[0]}: {in_flow_style({key: written})}`"
+    if lists:
+        return f"this key belongs in an item of `{lists[0]}`"
+    of_all = [first for first in keys_at(()) if key in keys_at((first,))] if path else []
+    return f"this key belongs in `{of_all[0]}`, beside `build`" if len(of_all) == 1 else ""
 
 
-def _synonyms(word: str, keys: Iterable[str]) -> list[str]:
+def _own_kind(key: str, path: KeyPath, written: object, source: Source) -> str:
+    """Return how the bricks of one step get their own value of a key of all bricks; empty for other keys."""
+    from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+
+    if path[:1] != ("build",) or key not in keys_at(("brick",)):
+        return ""
+    whole: object = source.values.get("brick", "kapla")
+    if isinstance(whole, str) and whole in CATALOGUE:
+        sides = [f"{1000 * side:g} mm" for side in CATALOGUE[whole].size]
+        whole = {"size": sides, "density": f"{CATALOGUE[whole].density:g} kg/m3"}
+    kind = (
+        in_flow_style({**whole, key: written})
+        if isinstance(whole, dict)
+        else f"{{..., {key}: {in_flow_style(written)}}}"
+    )
+    return f"; for the bricks of this step alone, write `brick: {kind}` beside `{path[2]}`"
+
+
+def keys_called(word: str, keys: Iterable[str]) -> list[str]:
     """Return the keys that new users call by this word."""
     return [key for key, words in WORDS.items() if key in keys and word.lower() in words.split()]
 
 
 def _synonym(word: str, keys: Iterable[str], written: object, path: KeyPath) -> str:
     """Return the key meant by a word in the mapping at a path: the first that permits its value, or the first."""
-    meant = _synonyms(word, keys)
+    meant = keys_called(word, keys)
     suits = (key for key in meant if isinstance(written, str) and _permits((*path, key), written))
     return next(suits, meant[0] if meant else "")
 
@@ -485,9 +662,11 @@ def _as_mapping(written: object, path: KeyPath) -> str:
             return f"write {{{counts[0]}: {written}}}: {description_at((*path, counts[0]))}"
     if isinstance(written, str) and (pair := ENTRY.fullmatch(written)) and pair[1] in keys:
         return f"write {{{pair[1]}: {pair[2]}}}"
-    if isinstance(written, str | bool) and "count" in keys and written in COUNTS:
-        written = COUNTS[written]
-    key, text = _key_for(written, path, keys), _quoted(written)
+    if PLACED.fullmatch(str(written)) and (entry := _entry_for(written, path)):
+        return f"write {entry}"
+    if isinstance(written, str | bool) and written in COUNTS and (counted := _counted(path)):
+        return f"write {{{counted}: {in_flow_style(COUNTS[written])}}}"
+    key, text = _key_for(written, path, keys), in_flow_style(written)
     companion = f", density: {BrickKind.examples['density']}" * (key == "size" and "density" in keys)
     if key and isinstance(written, str) and _permits((*path, key), limit := f">= {written}"):
         text = f'"{limit}"'
@@ -530,6 +709,36 @@ def _key_for(written: object, path: KeyPath, keys: Sequence[str]) -> str:
     return keys[0] if keys and is_free else ""
 
 
+def _entry_for(written: object, path: KeyPath) -> str:
+    """Return the mapping with the one key whose values have this form: `{at: level 10}`; empty if none has."""
+    from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+
+    if not isinstance(written, str):
+        return ""
+    for items in ((), (0,)):  # a value, or an item of a list
+        for key in keys_at(path):
+            here = (*path, key, *items)
+            if _permits(here, written) and (PLACED.fullmatch(written) or not _permits(here, ANY_WORD)):
+                return f"{{{key}: {f'[{written}]' if items else in_flow_style(written)}}}"
+    limits = (key for key in keys_at(path) if _permits((*path, key), f">= {written}"))
+    return next((f'{{{key}: ">= {written}"}}' for key in limits), "")
+
+
+PLACED: Final = re.compile(r"L\d+\.\d+")  # the name of a brick of a layout
+
+
+def _fits(path: KeyPath, written: object) -> bool:
+    """Return whether a value may stand at a path, as far as its form shows."""
+    from stackdsl.language.json_schema import keys_at, nodes_at  # noqa: PLC0415 -- only mistakes need it
+
+    if isinstance(written, dict):
+        return bool(written) and {*written} <= {*keys_at(path)}
+    if not isinstance(written, str):
+        return _has_type_of(path, written)
+    names = (node.get("enum", ()) for node in nodes_at(path))
+    return _permits(path, written) or any(written in each for each in names)
+
+
 def _has_type_of(path: KeyPath, written: object) -> bool:
     """Return whether the values at a path may be lists, texts or numbers, as this value is."""
     from stackdsl.language.json_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
@@ -547,20 +756,37 @@ def _permits(path: KeyPath, text: str) -> bool:
     return any(re.fullmatch(pattern, text) for pattern in patterns)
 
 
-def _quoted(written: object) -> str:
-    """Return a text or list as YAML in braces."""
+def in_flow_style(written: object) -> str:
+    """Return a value as YAML in braces."""
+    if isinstance(written, dict):
+        return f"{{{', '.join(f'{key}: {in_flow_style(value)}' for key, value in written.items())}}}"
+    if isinstance(written, bool):
+        return str(written).lower()
     if isinstance(written, list | tuple):
-        return f"[{', '.join(map(_quoted, written))}]"
+        return f"[{', '.join(map(in_flow_style, written))}]"
     text = str(written)
     return f'"{text}"' if re.search(r"^[>@&*!|%`]|[{}\[\],:#]", text) else text
 
 
 def _with_value(key: str, path: KeyPath) -> str:
     """Return the remedy for a key without a value: `stands: all` if the value can be a word."""
-    from stackdsl.language.json_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
+    from stackdsl.language.json_schema import word_at  # noqa: PLC0415 -- only mistakes need it
 
-    word = next((node["const"] for node in nodes_at((*path, key)) if isinstance(node.get("const"), str)), "")
+    word = word_at((*path, key))
     return f"write `{key}: {word}`" + (" and its value" * (not word))
+
+
+def _entry_at(path: KeyPath) -> str:
+    """Return a missing key with a value that is valid there, if the schema has one."""
+    from stackdsl.language.json_schema import example_at  # noqa: PLC0415 -- only mistakes need it
+
+    example = example_at(path)
+    return f"`{path[-1]}`" if example is None else f"`{path[-1]}: {in_flow_style(example)}`"
+
+
+def _system(written: str, choices: Sequence[str]) -> str:
+    """Return the remedy for a word that is no system."""
+    return engine_remedy(written) or did_you_mean(written, choices) + _other_systems()
 
 
 def _other_systems() -> str:
@@ -603,7 +829,7 @@ def _list_of(written: float | str, path: KeyPath) -> str:
         return _with_value(str(written), (*path, 0)).replace("`", "`- ", 1) if written in keys else _ITEMS
     permitted = [value for node in nodes_at((*path, 0)) for value in node.get("enum", ())]
     if permitted and written not in permitted:
-        return did_you_mean(str(written), permitted)
+        return ("systems" in path and engine_remedy(str(written))) or did_you_mean(str(written), permitted)
     least = next((int(node["minItems"]) for node in nodes_at(path) if "minItems" in node), 1)
     if least == 3 and (listed := triple(str(written))):  # noqa: PLR2004 -- axes
         return f"write {listed}"

@@ -13,7 +13,7 @@ from typing import Final
 from stability.engines.bodies import EngineWorld
 from stability.engines.protocol import EngineSettings, Package, World
 from stackdsl.diagnostics import meant_choice
-from stackdsl.entry_points import GROUP, PluginError, offered_systems
+from stackdsl.entry_points import GROUP, PluginError, engine_remedy, offered_systems
 from stackdsl.simulation.systems import PEERS, SYSTEMS, System
 
 
@@ -30,6 +30,8 @@ class UnknownSystemError(ForeignSystemError, KeyError):
 
     def __str__(self) -> str:
         """Return the name, a name that may be meant, and all names."""
+        if remedy := engine_remedy(self.name):
+            return f"'{self.name}' is an engine, not a system; {remedy}"
         known, others = [*SYSTEMS, *PEERS], [*offered_systems()]
         meant = meant_choice(self.name, [*known, *others])
         hint = f" (did you mean '{meant}'?)" if meant else ""

@@ -44,8 +44,8 @@ SYNTAX: Final = (
         "the line does not continue the list that begins in line #",
         "begin each item with '- ', with the same indentation",
     ),
-    ("a flow sequence:", "the list that begins in line # has no ',' or ']' here", "add it; in brackets, quote ${...}"),
-    ("a flow mapping:", "the mapping that begins in line # has no ',' or '}' here", "add it; in braces, quote ${...}"),
+    ("a flow sequence:", "the list that begins in line # has no ',' or ']' here", "add one of them"),
+    ("a flow mapping:", "the mapping that begins in line # has no ',' or '}' here", "add one of them"),
     ("a flow node:", "a value or a closing bracket is missing", "add it, or quote text that contains , [ ] { or }"),
     ("a block scalar", "the text block that begins with '@' is malformed", "quote text that begins with | or >"),
     ("mapping keys", "the '?' has no key", "quote it"),
@@ -207,10 +207,39 @@ def _slip_in_brackets(page: Page, error: yaml.MarkedYAMLError, line: int) -> Sli
         start, message, written = quotes
         return (line, start), message, f'write "{written}"'
     problem = (error.problem_mark.line, error.problem_mark.column) if error.problem_mark else (line, 0)
+    if unclosed := _unclosed(page, error, problem):
+        return unclosed
     has_colon = problem[0] == line and page.at(*problem) == ":"
     if has_colon and (key := KEY_BEFORE.match(text[: problem[1]])):
         return (line, key.start(1)), f"a ',' is missing before `{key[1]}`", "add it"
     return None
+
+
+def _unclosed(page: Page, error: yaml.MarkedYAMLError, problem: tuple[int, int]) -> Slip | None:
+    """Return the slip of a bracket that is not closed before another one, the next key or item, or the end."""
+    opening = (error.context_mark.line, error.context_mark.column) if error.context_mark else problem
+    closing = CLOSED_BY.get(page.at(*opening), "")
+    if not closing:
+        return None
+    message = f"the '{page.at(*opening)}' of {opening[0] + 1}:{opening[1] + 1} is not closed"
+    found = page.at(*problem)
+    if found and found in CLOSED_BY.values() and found != closing:
+        return problem, message, f"write '{closing}' in place of '{found}'"
+    is_at_end = page.ends_before(*problem)
+    if not is_at_end and (problem[0] == opening[0] or not BEGINS.match(page.lines[problem[0]])):
+        return None
+    end = page.last_visible() if is_at_end else _end_before(page, problem[0])
+    line = "" if is_at_end else page.lines[problem[0]]
+    if line.count(closing) > line.count(page.at(*opening)):
+        return (
+            end,
+            f"a ',' is missing before `{line.split(':')[0].strip(' -')}`",
+            f"write ',' at the end of line {end[0] + 1}",
+        )
+    return end, message, f"write '{closing}' at the end of line {end[0] + 1}"
+
+
+CLOSED_BY: Final = {"{": "}", "[": "]"}
 
 
 def _slip_of_block(page: Page, error: yaml.MarkedYAMLError, line: int, column: int) -> Slip | None:
@@ -367,7 +396,7 @@ def unreadable_characters(page: Page) -> Iterator[Diagnostic]:
         if text.isascii() and text.isprintable():  # avoids compiling the pattern for most files
             continue
         if match := _unreadable_pattern().search(text):
-            yield _unreadable(match.group(), page.span(line, match.start()))
+            yield _unreadable(match.group(), page.span(line, match.start()), _indentation(page, line))
 
 
 @cache
@@ -378,7 +407,31 @@ def _unreadable_pattern() -> re.Pattern[str]:
     return re.compile(f"{unlike}|[{UNSEEN}]|(?<![^\x00-\x7f])[{JOINERS}]")
 
 
-def _unreadable(character: str, span: Span) -> Diagnostic:
+def _indentation(page: Page, line: int) -> str:
+    """Return the remedy for a line that begins with a tab, by the line above it; empty for any other line."""
+    if not page.lines[line].strip() or "\t" not in page.lines[line][: -len(page.lines[line].lstrip())]:
+        return ""
+    above = next((number for number in range(line - 1, -1, -1) if page.lines[number].strip()), None)
+    if above is None:
+        return "remove it"
+    text = page.lines[above]
+    indentation = len(text) - len(text.lstrip())
+    if "\t" in text[:indentation]:
+        return "write two spaces in place of each tab"
+    item = ITEM.match(text)
+    if text.split(" #")[0].rstrip().endswith(":"):
+        deeper = (item.end() if item else indentation) + 2
+        return f"indent the line with {_spaces(deeper)}, as it belongs to line {above + 1}"
+    if item and ITEM.match(page.lines[line].expandtabs()):
+        return f"indent the line with {_spaces(indentation)}, like the item in line {above + 1}"
+    key = FIRST_KEY.match(text, item.end() if item else 0)
+    where = f", like `{key[1]}` in line {above + 1}" if key else ""
+    return f"indent the line with {_spaces(key.start(1) if key else indentation)}{where}"
+
+
+def _unreadable(character: str, span: Span, indentation: str) -> Diagnostic:
+    if character == "\t" and indentation:
+        return Diagnostic("SD004", span, "tabs are not allowed", indentation)
     if character == "\t":
         return Diagnostic("SD004", span, "tabs are not allowed", "use spaces; in a double-quoted text, write \\t")
     if UNSEEN_PATTERN.fullmatch(character):
@@ -675,12 +728,21 @@ def _map(reading: Reading, start: yaml.CollectionStartEvent, depth: int, owner: 
         if key in entries:
             first = entries[key][0]
             message = f"duplicate key '{shown(key)}', first defined at {first.line}:{first.column}"
-            reading.report("SD003", span, message, "delete or rename one of them")
+            reading.report("SD003", span, message, _in_one(key, entries[key][1], value))
         elif key is not None:
             entries[key] = (span, value)
     owner = owner or next((span for span, _ in entries.values()), None)
     flat = tuple((key, span, value) for key, (span, value) in entries.items())
     return Map(_nest_span(reading.page, start, event, owner), flat)
+
+
+def _in_one(key: str, first: Node, second: Node) -> str:
+    """Return the remedy for a key that is written twice."""
+    if isinstance(first, List) and isinstance(second, List):
+        return f"put the items of both into one `{shown(key)}`"
+    if isinstance(first, Map) and isinstance(second, Map):
+        return f"put the keys of both into one `{shown(key)}`"
+    return "delete one of them"
 
 
 def _nest_span(page: Page, start: yaml.CollectionStartEvent, end: yaml.Event, owner: Span | None) -> Span:

@@ -44,7 +44,7 @@ def column(levels: int = 3, step: object = None, every: str | None = None, when:
         ({"systems": ["tune"]}, "systems[0]", "did you mean 'tuned'?"),
         ({"world": {"gravty": "1 m/s2"}}, "world.gravty", "did you mean 'gravity'?"),
         ({"expect": ["stands"]}, "expect[0]", 'write claims.stands("all")'),
-        ({"expect": [claims.stands(ANY)]}, "stands", 'write "all", or give keys: levels, bricks, for_, share'),
+        ({"expect": [claims.stands(ANY)]}, "stands", 'write "all"'),
         ({"expect": [claims.stands()]}, "stands", 'write "all", or add one of the keys levels, bricks, for_'),
         ({"impacts": [impacts.remove(brick="L9.1")]}, "remove.brick", "did you mean 'L3.1'?"),
         ({"name": "Two Words"}, "name", "use lower-case letters, digits and -"),

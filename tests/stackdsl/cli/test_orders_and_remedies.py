@@ -91,7 +91,7 @@ def test_check_of_a_fall_names_the_command_suggest(stackdsl: Stackdsl, tmp_path:
     write(tmp_path, LEANING, "leaning.yaml")
     for command in ("pull", "order"):
         told = stackdsl(command, "leaning.yaml")
-        assert (told.code, told.out) == (ExitCode.OK, "")
+        assert (told.code, told.out) == (ExitCode.USAGE, "")
         assert "stackdsl suggest" in told.err
 
 

@@ -15,7 +15,7 @@ __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
 @pytest.mark.parametrize(
     ("written", "told"),
     [
-        ("build: [{jenga: {levels: 8}}]\nimpacts: [{remove: L4.1}]", "write {brick: L4.1}; the keys are brick"),
+        ("build: [{jenga: {levels: 8}}]\nimpacts: [{remove: L4.1}]", "write {brick: L4.1}"),
         ("build: [{import: cartons.csv}]", "write {file: cartons.csv}; the keys are file"),
         (
             "brick: [117 mm, 23 mm, 8 mm]\nbuild: [{column: {levels: 2}}]",
@@ -43,7 +43,7 @@ __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
         ("samples: 1,000\nbuild: [{column: {levels: 2}}]", "write 1000, without commas"),
         (
             "build: [{bricks: [{name: a, at: [0 m, 0 m, 3.9 mm]}, {name: b, at: [50 mm, 0 m, 3.9 mm]}]}]",
-            "move it aside, by 23.4 mm towards +y, or by at least 7.8 mm towards +z",
+            "write `at: [50 mm, 0 mm, 11.7 mm]` or beside it `at: [50 mm, 23.4 mm, 3.9 mm]`",
         ),
         (
             "build: [{bricks: [{name: ball, at: [0 m, 0 m, 1 m], sphere: {radius: 5 mm}}]}]",

@@ -77,11 +77,14 @@ def test_a_quantity_is_read_into_si_to_the_last_bit(written: object, dimension: 
     assert parse_quantity(written, dimension) == si
 
 
-@pytest.mark.parametrize("written", [13.5, "13.5", "-1", 1e-9])
-def test_number_without_unit_has_a_remedy(written: object) -> None:
+@pytest.mark.parametrize(
+    ("written", "likely"),
+    [(13.5, "13.5 mm"), ("13.5", "13.5 mm"), ("-1", "-1 mm"), (0.012, "12 mm for 0.012 m")],
+)
+def test_number_without_unit_has_a_remedy(written: object, likely: str) -> None:
     found = mistake(written, LENGTH)
     assert found.code == "SD105"
-    assert found.hint == f"write a length with its unit, such as {written} mm"
+    assert found.hint == f"write a length with its unit, such as {likely}"
 
 
 @pytest.mark.parametrize(
