@@ -2,9 +2,11 @@
 
 import ast
 import inspect
+import re
 
 import pytest
 
+import stackdsl
 from stackdsl.api import claims, impacts, layouts, scenario, single_bricks
 from stackdsl.api.words import CLAIM_WORDS, IMPACT_WORDS, LAYOUT_WORDS, Words
 from stackdsl.language.bricks import PlacedBrick
@@ -59,3 +61,15 @@ def test_a_brick_takes_the_keys_of_the_language() -> None:
     assert set(inspect.signature(single_bricks.bricks).parameters) == step - {"repeat", "until", "imported", *LAYOUTS}
     taken = set(inspect.signature(single_bricks.imported).parameters)
     assert taken == {*Import.model_fields, *step} - {"repeat", "until", "imported", "each", "brick", *LAYOUTS}
+
+
+@pytest.mark.parametrize(("name", "call"), [("stable", 'claims.stands("all")'), ("topples", 'claims.collapses("any")')])
+def test_an_unknown_claim_is_told_with_the_whole_call_of_its_meaning(name: str, call: str) -> None:
+    with pytest.raises(AttributeError, match=re.escape(f"write {call}")):
+        getattr(claims, name)
+
+
+@pytest.mark.parametrize(("name", "home"), [("column", "layouts"), ("stands", "claims"), ("remove", "impacts")])
+def test_a_name_of_a_module_of_the_package_is_told_with_this_module(name: str, home: str) -> None:
+    with pytest.raises(AttributeError, match=rf"from stackdsl import {home}`, then `{home}\.{name}\("):
+        getattr(stackdsl, name)

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from stackdsl.checking.cases import gather
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.json_schema import example_at, keys_at, nodes_at
 from stackdsl.language.schema import models
@@ -111,6 +112,21 @@ def test_an_include_at_the_top_belongs_in_the_list_of_its_file(tmp_path: Path, m
     Path("_claims.yaml").write_text(EXPECT, encoding="utf-8")
     mistake = only(f"{HEAD}{BUILD}include: _claims.yaml\n")
     assert mistake.hint == "write `- include: _claims.yaml` as an item of `expect`"
+
+
+def test_keys_beside_an_import_are_told_with_the_whole_import(tmp_path: Path) -> None:
+    table = "name,length,width,height,x,y,z,weight\na,400,300,200,0,0,0,5\n"
+    tmp_path.joinpath("load.csv").write_text(table, encoding="utf-8")
+    scene = tmp_path / "load.yaml"
+    keys = "units: {length: mm, mass: kg}", "point: corner"
+    head = "scenario: load\nbuild:\n  - import: {file: load.csv"
+    scene.write_text(f"{head}}}\n    {keys[0]}\n    {keys[1]}\n", encoding="utf-8")
+    whole = f"{{file: load.csv, {', '.join(keys)}}}"
+    assert {each.hint for each in gather([scene]).diagnostics} == {
+        f"this key belongs in `import`: write `import: {whole}`"
+    }
+    scene.write_text(f"scenario: load\nbuild:\n  - import: {whole}\n", encoding="utf-8")
+    assert not gather([scene]).diagnostics
 
 
 def required_paths(path: KeyPath = (), depth: int = 7) -> Iterator[KeyPath]:
