@@ -522,7 +522,12 @@ def _meant_here(key: str, written: object, path: KeyPath, source: Source) -> str
     from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
 
     if key == INCLUDE and not path:
-        return f"write `- {INCLUDE}: {in_flow_style(written)}` as an item of {_lists_of(written, source)}"
+        files = written if isinstance(written, list) else [written]
+        items = (
+            f"`- {INCLUDE}: {in_flow_style(file)}` as an item of {_lists_of(file, source)}"
+            for file in files[:MOST_EXPLAINED]
+        )
+        return f"write {', and '.join(items)}"
     siblings = keys_at(path)
     for sibling in siblings:
         inner = _written_at(source, (*path, sibling))
