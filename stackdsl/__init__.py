@@ -84,12 +84,16 @@ _MODULES = ("claims", "impacts", "layouts")  # of `stackdsl.api`
 
 # Words of new users for public names.
 _MEANT = {
-    **dict.fromkeys(("simulate", "run", "execute", "check", "judge"), "play"),
+    **dict.fromkeys(("simulate", "execute", "judge"), "play"),
     **dict.fromkeys(("read", "open", "load_yaml", "from_file", "from_yaml"), "load"),
     **dict.fromkeys(("block", "box", "plank"), "brick"),
     **dict.fromkeys(("limit", "limits", "optimize", "search"), "find"),
     **dict.fromkeys(("margin", "robustness", "stability"), "margins"),
 }
+# Words of the command line, which are no functions.
+_COMMANDS = dict.fromkeys(
+    ("run", "check"), "write `from stackdsl import load, play`, then `play(load('tower.yaml')[0])` for the first case"
+)
 
 
 def _unknown(name: str, caller: FrameType) -> Exception:
@@ -103,7 +107,7 @@ def _unknown(name: str, caller: FrameType) -> Exception:
 
     homes = [each for each in (words.LAYOUT_WORDS, words.CLAIM_WORDS, words.IMPACT_WORDS) if name in each.names()]
     remedy = "; or ".join(f"write `from stackdsl import {each.name}`, then `{each.name}.{name}(...)`" for each in homes)
-    remedy = remedy or choice_text(name, __all__, _MEANT)
+    remedy = remedy or _COMMANDS.get(name) or choice_text(name, __all__, _MEANT)
     # Python would replace the text of an AttributeError in `from stackdsl import name`.
     if opname[caller.f_code.co_code[caller.f_lasti]] == "IMPORT_FROM":
         return ImportError(f"cannot import '{name}' from '{__name__}'; {remedy}", name=__name__)

@@ -179,9 +179,33 @@ def _excerpt(line: str, column: int) -> tuple[str, int]:
 
 def did_you_mean(word: str, choices: Sequence[str], synonyms: Mapping[str, str] = NO_SYNONYMS) -> str:
     """Return a hint that names the choice of this meaning or the closest one, or else all choices if they are few."""
+    if there := _bricks_there(word, choices):
+        return there
     if meant := meant_choice(word, choices) or synonyms.get(word.lower(), ""):
         return f"did you mean '{meant}'?"
     return f"choose from: {', '.join(choices)}" if 0 < len(choices) <= 16 else ""  # noqa: PLR2004 -- more do not fit a line
+
+
+LEVELLED: Final = re.compile(r"(.*\bL)(\d{1,6})\.\d+")  # the name of a brick of a layout
+MOST_NAMED: Final = 4  # bricks of a level
+
+
+def _bricks_there(word: str, choices: Sequence[str]) -> str:
+    """Return the bricks of the level that a name of a brick asks for, or of the highest one; empty for other words.
+
+    Such names all look alike, so the closest one is a brick of any level.
+    """
+    if (asked := LEVELLED.fullmatch(word)) is None:
+        return ""
+    levels: dict[int, list[str]] = {}
+    for choice in choices:
+        if (match := LEVELLED.fullmatch(choice)) and match[1] == asked[1]:
+            levels.setdefault(int(match[2]), []).append(choice)
+    level = min(int(asked[2]), max(levels, default=0))
+    if (names := levels.get(level)) is None:
+        return ""
+    listed = ", ".join(names) if len(names) <= MOST_NAMED else f"{names[0]} to {names[-1]}"
+    return f"the highest level is {level} ({listed})" if level < int(asked[2]) else f"level {level} has {listed}"
 
 
 def meant_choice(word: str, choices: Sequence[str]) -> str:

@@ -148,7 +148,7 @@ LIMITS: Final = (
 )
 
 
-VALUE_CODES: Final = ("SD103", "SD104", "SD110")  # of a value of the wrong form
+VALUE_CODES: Final = ("SD103", "SD104", "SD106", "SD110")  # of a value of the wrong form
 ANY_WORD: Final = "word"  # permitted where any name is
 NOTHING_MEANT: Final[Mapping[KeyPath, str]] = {}
 LONGEST_LITERAL: Final = 70  # [characters] of a value in a remedy
@@ -218,15 +218,13 @@ def _meant_keys(details: Iterable[ErrorDetails], source: Source) -> dict[KeyPath
     meant: dict[KeyPath, str] = {}
     for detail in details:
         path, written = detail["loc"], detail["input"]
-        if not isinstance(written, str) or not path or _explain(detail, source).code not in VALUE_CODES:
+        if not isinstance(written, str) or not path or (code := _explain(detail, source).code) not in VALUE_CODES:
             continue
         around = path[:-1]
         free = (key for key in keys_at(around) if (*around, key) not in source.value_spans)
         fitting = [key for key in missing[around] if _permits((*around, key), written)]
-        if not fitting and not QUANTITY.fullmatch(written):
-            fitting = [
-                key for key in free if _permits((*around, key), written) and not _permits((*around, key), ANY_WORD)
-            ]
+        if not fitting and (code == "SD106" or not QUANTITY.fullmatch(written)):
+            fitting = [key for key in free if _is_value_of((*around, key), written)]
         if len(fitting) == 1:
             meant[path] = fitting[0]
     unknown = _unknown_keys(details)
@@ -283,7 +281,7 @@ def _diagnostic(source: Source, detail: ErrorDetails, meant: Mapping[KeyPath, st
         return Diagnostic("SD103", place, "expected a list, not a mapping", hint)
     code, message, hint = _explain(detail, source)
     if code in ("SD105", "SD106") and "${" in source.span_of(path).text:
-        message, hint = _of_expression(code, message, hint, detail["input"])
+        message, hint = _of_expression(code, message, hint, detail["input"], _definition_at(source, path))
     elif detail["type"] == "int_type" and "${" in source.span_of(path).text:
         message = f"the expression gives {shown(detail['input'])}, not a whole number"
         hint = "round it with floor, ceil or round" if isinstance(detail["input"], float) else hint
@@ -311,7 +309,7 @@ def _of_other_key(detail: ErrorDetails, message: str, meant: str) -> tuple[str, 
         return message, _with_meaning(f"write `{meant}` in place of `{path[-1]}`", (*path[:-1], meant))
     return (
         f"{shown(written)} is a value of `{meant}`, not of `{path[-1]}`",
-        f"write `{meant}: {in_flow_style(written)}`",
+        f"write `{meant}: {in_flow_style(written)}` in place of `{path[-1]}`",
     )
 
 
@@ -319,11 +317,23 @@ def _variables(source: Source) -> set[str]:
     return {str(path[-1]) for path in definitions_of(source.values) if path[0] != KINDS}
 
 
-def _of_expression(code: str, message: str, hint: str, value: object) -> tuple[str, str]:
+def _definition_at(source: Source, path: KeyPath) -> str:
+    """Return the place that defines the variable which alone is the value at a path; empty for other values."""
+    here = source.span_of(path)
+    name = re.fullmatch(r"['\"]?\$\{\s*(\w+)\s*\}['\"]?", here.text)
+    if name is None or (defined := ("let", name[1])) not in source.value_spans:
+        return ""
+    there = source.value_spans[defined]
+    return f"as the value of '{name[1]}' at {there.seen_from(here)}" if QUANTITY.fullmatch(there.text) else ""
+
+
+def _of_expression(code: str, message: str, hint: str, value: object, defined: str) -> tuple[str, str]:
     """Return message and remedy for an expression whose value has no unit, or a wrong one."""
     gives = f"the expression gives {shown(value)}"
     if code == "SD105":
-        return f"{gives}, without a unit; {message.partition('; ')[2]}", "multiply it by a unit, such as `* 1 mm`"
+        literal = hint.partition(", such as ")[2]
+        remedy = f"write {literal} {defined}" if literal and defined else "multiply it by a unit, such as `* 1 mm`"
+        return f"{gives}, without a unit; {message.partition('; ')[2]}", remedy
     units = hint.removeprefix("choose from: ")
     return f"{gives}, and {message}", f"change the expression; its unit must be one of {units}"
 
@@ -388,7 +398,11 @@ def _explain(detail: ErrorDetails, source: Source) -> _Explanation:
         case "extra_forbidden":
             return _Explanation("SD101", f"unknown key '{last}'", _known_key(str(last), written, path[:-1], source))
         case "missing" if isinstance(last, int):
-            return _Explanation("SD103", "the list has too few items", f"write all items: {description_at(path[:-1])}")
+            items = re.search(r"\[([\w, ]+)\]", all_items := description_at(path[:-1]))
+            absent = items[1].split(", ")[len(written) :] if items else []
+            verb = "is" if len(absent) == 1 else "are"
+            message = f"{' and '.join(absent)} {verb} missing" if absent else "the list has too few items"
+            return _Explanation("SD103", message, f"write all items: {all_items}")
         case "missing":
             return _Explanation("SD102", f"missing key '{last}'", f"add {_entry_at(path)}, {description_at(path)}")
         case "literal_error":
@@ -490,7 +504,18 @@ def _known_key(key: str, written: object, path: KeyPath, source: Source) -> str:
 
     if meant := _counterpart(key, written, path, source):
         return meant
-    return f"remove it; the keys here are {', '.join(keys_at(path))}"
+    keys = keys_at(path)
+    around = _written_at(source, path)
+    if not isinstance(around, dict) or len(around) > 1:
+        return f"remove it; the keys here are {', '.join(keys)}"
+    fitting = [each for each in keys if _is_value_of((*path, each), written)]
+    meant = f"`{fitting[0]}`" if len(fitting) == 1 else f"one of {', '.join(keys)}"
+    return f"write {meant} in place of `{key}`"
+
+
+def _is_value_of(path: KeyPath, written: object) -> bool:
+    """Return whether a text has the form of the values at a path, where not just any word may stand."""
+    return isinstance(written, str) and _permits(path, written) and not _permits(path, ANY_WORD)
 
 
 def _counterpart(key: str, written: object, path: KeyPath, source: Source) -> str:

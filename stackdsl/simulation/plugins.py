@@ -31,7 +31,8 @@ class UnknownSystemError(ForeignSystemError, KeyError):
     def __str__(self) -> str:
         """Return the name, a name that may be meant, and all names."""
         if remedy := engine_remedy(self.name):
-            return f"'{self.name}' is an engine, not a system; {remedy}"
+            listed = "" if self.name.lower() in PEERS else "; the scenario must list it, too, as in `systems: [tuned]`"
+            return f"'{self.name}' is an engine, not a system; {remedy}{listed}"
         known, others = [*SYSTEMS, *PEERS], [*offered_systems()]
         meant = meant_choice(self.name, [*known, *others])
         hint = f" (did you mean '{meant}'?)" if meant else ""

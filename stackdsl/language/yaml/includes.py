@@ -9,7 +9,7 @@ from typing import Final
 
 from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, reading_order
 from stackdsl.disk import read_file
-from stackdsl.language.yaml.parsing import MAX_VALUES
+from stackdsl.language.yaml.parsing import MAX_VALUES, NO_MAPPING
 from stackdsl.language.yaml.source import MAX_BYTES, KeyPath, Loaded, PlaceBuilder, Plain, Source, load, similar_file
 from stackdsl.project_file import OWN_FILE, ProjectError, root_around
 
@@ -182,6 +182,15 @@ class _InvalidImportError(Exception):
         self.diagnostics = diagnostics
 
 
+def _of_bare_list(mistake: Diagnostic, key: str, including: Span) -> Diagnostic:
+    """Return the mistake of an included file that is the list itself with its remedy; any other unchanged."""
+    if mistake.message != NO_MAPPING + "a list" or mistake.span.where:
+        return mistake
+    message = f"the list has no key; an included file has its list under `{key}:`"
+    span = replace(mistake.span, where=f"included from {including}")
+    return replace(mistake, span=span, message=message, hint=f"write `{key}:` above the list and indent the list")
+
+
 def composed(loaded: Loaded, library: Library) -> Loaded:
     """Return the scenarios of a file with all references resolved; those with mistakes become diagnostics."""
     composer = _Composer(library, loaded.sources)
@@ -294,8 +303,11 @@ class _Composer:
             message = f"an item with `{INCLUDE}` cannot have other keys, but this item has '{other}'"
             hint = f"move '{other}' to the included file, or to another item"
             raise _InvalidImportError(Diagnostic("SD108", source.key_span_of((*path, other)), message, hint))
-        part = self.resolve(self._document(source, item[INCLUDE], "", span), trail)
         key = str(path[-2])
+        try:
+            part = self.resolve(self._document(source, item[INCLUDE], "", span), trail)
+        except _InvalidImportError as mistake:
+            raise _InvalidImportError(*(_of_bare_list(each, key, span) for each in mistake.diagnostics)) from None
         if not isinstance(part.values.get(key), list):
             message = f"{part.file} has no list `{key}` to include"
             raise _InvalidImportError(

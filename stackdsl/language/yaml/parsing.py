@@ -111,6 +111,7 @@ VALUE_GOES_ON: Final = re.compile(r"""(?:\$\{[^}"']*\}|(?!\s#|:\s)[^]},"'])*""")
 NO_SPACE: Final = re.compile(r"\s*(?:- )?([\w-]+):([^\s:/].*)")
 EQUALS: Final = re.compile(r"\s*(?:- )?([\w-]+\s*)([=;])\s*([^\s=].*)")
 ONLY_KEY: Final = re.compile(r"\s*(?:- )?([A-Za-z][\w-]*)\s*")
+TEXT_KEYS: Final = ("because", "description", "reason")  # whose values are free text in the schema
 TWO_KEYS: Final = re.compile(r"\s*(?:- )?([\w-]+):\s+([\w-]+:\s.*)")
 BULLET: Final = re.compile(r"\s*([*•]) ")
 COMPARISON: Final = re.compile(r">=?\s*[^\s#][^#]*")
@@ -166,6 +167,9 @@ def _slip_of_second_key(page: Page, line: int, column: int) -> Slip | None:
     if keys := TWO_KEYS.match(text):
         inner = keys[2].split("#")[0].strip()
         hint = f"write `{keys[1]}: {{{inner}}}`, or quote the value if it is text"
+        if keys[1] in TEXT_KEYS:
+            quoted = "'{}'".format(inner.replace("'", "''")) if re.search(r'["\\]', inner) else f'"{inner}"'
+            hint = f"write `{keys[1]}: {quoted}`"
         return (line, column), "unexpected ':'; a value cannot contain a second key on this line", hint
     key = FIRST_KEY.match(text)
     above = next((number for number in range(line - 1, -1, -1) if page.lines[number].strip()), None)

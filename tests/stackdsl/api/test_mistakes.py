@@ -46,7 +46,7 @@ def column(levels: int = 3, step: object = None, every: str | None = None, when:
         ({"expect": ["stands"]}, "expect[0]", 'write claims.stands("all")'),
         ({"expect": [claims.stands(ANY)]}, "stands", 'write "all"'),
         ({"expect": [claims.stands()]}, "stands", 'write "all", or add one of the keys levels, bricks, for_'),
-        ({"impacts": [impacts.remove(brick="L9.1")]}, "remove.brick", "did you mean 'L3.1'?"),
+        ({"impacts": [impacts.remove(brick="L9.1")]}, "remove.brick", "the highest level is 3 (L3.1)"),
         ({"name": "Two Words"}, "name", "use lower-case letters, digits and -"),
     ],
 )
@@ -135,6 +135,12 @@ def test_an_attribute_that_is_elsewhere_is_told_with_what_to_write(
 @pytest.mark.parametrize(("name", "meant"), [("Scenrio", "Scenario"), ("simulate", "play")])
 def test_a_wrong_name_in_an_import_is_answered_by_the_one_that_is_meant(name: str, meant: str) -> None:
     with pytest.raises(ImportError, match=rf"cannot import '{name}' from 'stackdsl'; did you mean '{meant}'\?"):
+        exec(f"from stackdsl import {name}")
+
+
+@pytest.mark.parametrize("name", ["run", "check"])
+def test_a_word_of_the_command_line_is_answered_by_the_functions_that_do_it(name: str) -> None:
+    with pytest.raises(ImportError, match=r"write `from stackdsl import load, play`, then `play\(load\("):
         exec(f"from stackdsl import {name}")
 
 

@@ -15,6 +15,7 @@ WRONG_CALLS = [
     ("find scene.yaml --max levels", "--most NAME           Find the largest value of this whole number."),
     ("check scene.yaml --engine exact", "did you mean '--system'?"),
     ("check scene.yaml --no-golden --system pybullet", "write tuned for PyBullet with settings for stacks, or stock"),
+    ("check scene.yaml --no-golden --system bullet", "the scenario must list it, too, as in `systems: [tuned]`"),
     ("check scene.yaml --no-golden -k towre", "`stackdsl check scene.yaml --list` lists all cases"),
     ("check --nogolden", "No such option '--nogolden'; did you mean '--no-golden'?"),
     ("picture scene.yaml --out a.png", "did you mean '--output'?"),

@@ -11,6 +11,7 @@ from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.json_schema import example_at, keys_at, nodes_at
 from stackdsl.language.schema import models
 from stackdsl.language.yaml.includes import INCLUDE
+from stackdsl.language.yaml.parsing import TEXT_KEYS
 from stackdsl.language.yaml.source import KeyPath
 from tests.scenes import compiled
 
@@ -83,6 +84,31 @@ def only(text: str) -> Diagnostic:
             "}\n    brick: {size: [117.6 mm, 23.4 mm, 7.8 mm], density: 557 kg/m3, friction: 0.3}",
         ),
         (HEAD + BUILD.replace("8}", "8\n    every: 1 s"), "write '}' at the end of line 5", "8\n", "8}\n"),
+        (
+            HEAD + "description: Note: a tower\n" + BUILD,
+            'write `description: "Note: a tower"`',
+            "Note: a tower",
+            '"Note: a tower"',
+        ),
+        (
+            HEAD + BUILD + "impacts:\n  - remove: {brick: L12.1}\n",
+            "the highest level is 8 (L8.1)",
+            "L12.1",
+            "L8.1",
+        ),
+        (
+            HEAD.replace("kapla", "{size: [120 mm, 24 mm, 8 mm], density: 12 g}") + BUILD,
+            "write `mass: 12 g` in place of `density`",
+            "density",
+            "mass",
+        ),
+        (HEAD + BUILD + "expect: [margin: {angle: '>= 3 deg'}]\n", "write `tilt` in place of `angle`", "angle", "tilt"),
+        (
+            HEAD + "let: {step: 2}\n" + BUILD.replace("8", "8, step: '${step}'"),
+            "write 2 mm as the value of 'step' at 4:13",
+            "step: 2",
+            "step: 2 mm",
+        ),
         (HEAD + BUILD + "\tevery: 1 s\n", "indent the line with 4 spaces, like `column` in line 5", "\t", "    "),
     ],
 )
@@ -100,6 +126,8 @@ def test_a_remedy_followed_to_the_letter_makes_the_scenario_valid(
         (HEAD + BUILD + EXPECT + EXPECT, "put the items of both into one `expect`"),
         (HEAD + "systems: [pybullet]\n" + BUILD, "write tuned for PyBullet with settings for stacks, or stock"),
         (HEAD + BUILD + "colour: red\n", "remove it; the keys here are scenario"),
+        (HEAD + BUILD + "expect: [margin: {colour: red}]\n", "write one of acceleration, tilt, friction"),
+        (HEAD + BUILD + "impacts: [remove: {brick: L3.7}]\n", "level 3 has L3.1"),
         (HEAD + BUILD.replace("8", "8, step: 0.012"), "such as 12 mm for 0.012 m"),
     ],
 )
@@ -112,6 +140,27 @@ def test_an_include_at_the_top_belongs_in_the_list_of_its_file(tmp_path: Path, m
     Path("_claims.yaml").write_text(EXPECT, encoding="utf-8")
     mistake = only(f"{HEAD}{BUILD}include: _claims.yaml\n")
     assert mistake.hint == "write `- include: _claims.yaml` as an item of `expect`"
+
+
+def test_an_included_file_that_is_the_list_itself_gets_the_key_of_the_list_that_includes_it(tmp_path: Path) -> None:
+    part, scene = tmp_path / "_claims.yaml", tmp_path / "tower.yaml"
+    part.write_text("- stands: all\n", encoding="utf-8")
+    scene.write_text(f"{HEAD}{BUILD}expect:\n  - include: _claims.yaml\n", encoding="utf-8")
+    (mistake,) = gather([scene]).diagnostics
+    assert mistake.hint == "write `expect:` above the list and indent the list"
+    assert mistake.span.where == f"included from {scene}:7:14"
+    part.write_text("expect:\n  - stands: all\n", encoding="utf-8")
+    assert not gather([scene]).diagnostics
+
+
+def test_text_with_a_colon_is_to_be_quoted_where_the_schema_has_text_alone() -> None:
+    assert all(
+        node.get("type") == "string" and "pattern" not in node
+        for path in every_path()
+        if path[-1] in TEXT_KEYS
+        for node in nodes_at(path)
+        if not node.keys() & {"anyOf", "$ref"} and node.get("type") != "null"
+    )
 
 
 def test_keys_beside_an_import_are_told_with_the_whole_import(tmp_path: Path) -> None:
@@ -139,6 +188,14 @@ def required_paths(path: KeyPath = (), depth: int = 7) -> Iterator[KeyPath]:
             yield (*path, key)
         yield from required_paths((*path, key), depth - 1)
         yield from required_paths((*path, key, 0), depth - 1)
+
+
+def every_path(path: KeyPath = (), depth: int = 5) -> Iterator[KeyPath]:
+    """Yield the path of each key of the language, in mappings and in items of lists."""
+    for key in keys_at(path) if depth else ():
+        yield (*path, key)
+        yield from every_path((*path, key), depth - 1)
+        yield from every_path((*path, key, 0), depth - 1)
 
 
 def test_every_example_of_a_required_key_is_valid() -> None:

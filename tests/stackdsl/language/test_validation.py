@@ -74,7 +74,7 @@ def told(text: str) -> list[tuple[str, str, str]]:
         (HEAD + "build: [{column: {levels: '3'}}]", "SD103", "'3'", "expected a whole number, not '3'", ""),
         (HEAD + "build: [{column: 3}]", "SD103", "3", "expected a mapping, not 3", "levels"),
         (HEAD + "build: [3]", "SD103", "3", "expected a mapping, not 3", "four_stack"),
-        (HEAD + "build: [{bricks: [{at: [1 mm, 2 mm]}]}]", "SD103", "[1 mm, 2 mm]", "too few items", "[x, y, z]"),
+        (HEAD + "build: [{bricks: [{at: [1 mm, 2 mm]}]}]", "SD103", "[1 mm, 2 mm]", "z is missing", "[x, y, z]"),
         (HEAD + BUILD + "expect: [{rests_on: {brick: 3, support: a}}]", "SD103", "3", "the name of a brick", "letter"),
         (HEAD + BUILD + "expect: [{drift: [1]}]", "SD103", "[1]", "not a list", "is (the largest shift)"),
         (HEAD + BUILD + "friction: -1", "SD104", "-1", "-1 is below the minimum of 0", ""),

@@ -72,10 +72,10 @@ def test_editors_know_them() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "mistake"),
     [
-        ("steps: 3", "steps: 3, width: 2", "SD101 unknown key 'width'; choose from: origin, heading, omit, steps"),
+        ("steps: 3", "steps: 3, colour: 2", "SD101 unknown key 'colour'; remove it; the keys here are origin"),
         ("steps: 3", "steps: 0", "SD104 0 is below the minimum of 1"),
         ("steps: 3", "steps: 500", "SD206 the layout has 125250 bricks"),
-        ("brick: L3.1, by", "brick: L9.1, by", "SD204 there is no brick 'L9.1'; did you mean"),
+        ("brick: L3.1, by", "brick: L9.1, by", "SD204 there is no brick 'L9.1'; the highest level is 3 (L3.1"),
         ("impulse: [20 mN*s", "impulse: [20 mm", "SD106 'mm' is not a unit of an impulse"),
         ("impulse: [20 mN*s", "impulse: [20 N*s", "SD104 the push accelerates brick 'L3.1' to 1673 m/s"),
         ("shake: {level: 3", "shake: {level: 4", "SD205 no brick of level 4 stands by then; begin later"),
