@@ -22,7 +22,7 @@ from rich.table import Table
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
-from stability.dynamics.contact_points import BrickIndex
+from stability.dynamics.brick_index import BrickIndex
 from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose
 from stability.problem import Placed

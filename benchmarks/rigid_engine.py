@@ -17,6 +17,7 @@ from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from stability.engines.lazy_world import stepped_world
 from stability.engines.protocol import EngineSettings, World
+from stability.engines.rigid.settings import Solving
 from stability.geometry.box import Box
 from stability.model import AT_REST, GROUND, Brick, Plane, Pose, Vec3
 from stackdsl.simulation.systems import MOVING, RIGID
@@ -33,7 +34,7 @@ BARE: Final = replace(  # PyBullet without the corrections of `exact`
     lively_parts=1,
     lively_iterations=50,
 )
-FINE: Final = replace(RIGID, parts=32, sweeps=8, most_sweeps=100)
+FINE: Final = replace(RIGID, falling=Solving(32, 200, 1e-7), struck=Solving(32, 200, 1e-6))
 SLIPS, TURNED = 1e-3, 30.0  # [m] by which planks that slip have sunk; [deg] of rotation to measure
 Poses: TypeAlias = Sequence[Pose]
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from math import hypot, inf, sqrt
 
 from stability.contact_law import GivenFriction
-from stability.dynamics.contact_points import DOWN, LEVEL, BrickIndex
+from stability.dynamics.brick_index import DOWN, LEVEL, BrickIndex
 from stability.geometry.placed_shape import apart_from_plane, reach_W
 from stability.graph import components
 from stability.model import AT_REST, BodyId, BodyState, Brick, Plane, Pose

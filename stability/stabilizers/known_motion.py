@@ -1,11 +1,8 @@
 """Motion of parts of a structure by their equations, without an engine, as long as a proof covers it.
 
-An engine starts a fall inaccurately: its contact forces start at 0, so that bricks sink in at first, most at the bottom
-of a tall structure, and a tower that overhangs by a millimetre topples in half the time. A part that is proven to turn
-as one body is a pendulum (toppling.py). A part that slips, breaks up, or rocks and rolls from edge to edge moves by
-forces with friction until it touches a new body (frictional_motion.py); then the engine takes over its bricks with
-their poses and velocities. Bricks that drop freely, and rest where they land, also need no engine (dropping.py). For
-all other falling bricks the engine splits its first steps.
+A part that is proven to turn as one body is a pendulum (toppling.py): an engine starts such a fall inaccurately, and a
+tower that overhangs by a millimetre may topple in half the time. Bricks that drop freely and rest where they land need
+no engine either (dropping.py). An engine moves all others.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
@@ -22,7 +19,6 @@ from stability.statics.structure import Structure
 
 MOST = 100  # most bricks of a part: a proof takes some tens of milliseconds at each angle
 MOST_FEELING = 60  # most bricks around the part that are proven to stand under its forces
-MOST_PRESSED = 6  # the same for a proof at each step
 AT_REST = 1e-6  # [m/s] and [rad/s] largest initial speed: the equations start from rest
 
 
@@ -121,9 +117,7 @@ class FallingParts:
                 self.landed = self._motion.take_landed()
             else:
                 self._tell_world(self._motion)
-                after = self._after(self._motion)
                 self.end()
-                self._motion, self._substeps_due = after, after is None
         if self._motion is not None:
             self._tell_world(self._motion)
         return passed
@@ -131,19 +125,6 @@ class FallingParts:
     def _tell_world(self, motion: KnownMotion) -> None:
         for name, state in motion.states().items():
             self.world.set_state(name, state)
-
-    def _after(self, motion: KnownMotion) -> KnownMotion | None:
-        """Return the motion with friction of bricks that no longer turn as one body, such as a prism that rolls.
-
-        It covers impacts between them. None for more than `MOST_PRESSED` bricks, as it solves forces at each step.
-        """
-        from stability.dynamics.toppling import Toppling  # noqa: PLC0415 -- most that is built stands
-
-        moving = motion.states()
-        if not isinstance(motion, Toppling) or len(moving) > MOST_PRESSED:
-            return None
-        around = self._around(moving.keys())
-        return self._in_parts(around, moving) if around is not None else None
 
     @property
     def follows(self) -> bool:
@@ -180,35 +161,17 @@ class FallingParts:
         self.proven += bricks
 
     def _fall(self) -> KnownMotion | None:
-        """Return the fall of bricks that start from rest, if the equations cover it."""
+        """Return the fall of bricks that start from rest and turn as one body."""
         states = self.world.states(sorted(self._awake))
-        if len(states) > MOST or any(hypot(*s.velocity_W, *s.angular_velocity_W) > AT_REST for s in states.values()):
+        starts = all(hypot(*s.velocity_W, *s.angular_velocity_W) <= AT_REST for s in states.values())
+        if self._onset is None or len(states) > MOST or not starts:
             return None
         around = self._around(states)
-        return None if around is None else self._as_one(around) or self._in_parts(around)
-
-    def _as_one(self, around: "_Around") -> KnownMotion | None:
-        if self._onset is None:
+        if around is None:
             return None
         from stability.dynamics.toppling import toppling_of  # noqa: PLC0415 -- most that is built stands
 
         return toppling_of(around.problem(MOST_FEELING), self._onset, self.gravity, around.near, self.planes)
-
-    def _in_parts(self, around: "_Around", states: Mapping[BodyId, BodyState] | None = None) -> KnownMotion | None:
-        from stability.dynamics.frictional_motion import frictional_motion_of  # noqa: PLC0415 -- most that is built stands
-
-        motion = frictional_motion_of(
-            around.problem(MOST_PRESSED),
-            around.moving,
-            self.gravity,
-            around.near,
-            self.planes,
-            self.friction,
-            states,
-        )
-        if motion is not None:
-            motion.look_around = lambda part: self._beside(part)[0]
-        return motion
 
     def _around(self, moving: Collection[BodyId]) -> "_Around | None":
         """Return the moving bricks with those that they may touch or press on; None if a shape is not convex."""

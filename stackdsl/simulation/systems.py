@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self
 from stability.engines.mujoco.settings import MuJoCoSettings
 from stability.engines.protocol import EngineSettings
 from stability.engines.pybullet.settings import PyBulletSettings
-from stability.engines.rigid.settings import RigidSettings
+from stability.engines.rigid.settings import RigidSettings, Solving
 from stackdsl.timeline import Action, Arrival, FixedWorld, Placement, Timeline
 
 if TYPE_CHECKING:
@@ -187,10 +187,9 @@ MOVING = replace(
 # 0.2 % longer to fall, at twice the cost.
 RIGID = RigidSettings(
     time_step=0.001,
-    parts=4,
-    sweeps=2,
-    most_sweeps=200,
-    accuracy=0.001,
+    falling=Solving(parts=8, sweeps=50, accuracy=2e-6),
+    struck=Solving(parts=4, sweeps=50, accuracy=2e-5),
+    hit=0.02,
     recovery=0.05,
     edge_radius=1e-4,
     most_travel=MOVING.most_travel,

@@ -12,9 +12,11 @@ from stability.contact_law import Friction, Surface
 from stability.dynamics.rigid_group import RigidGroup, member_state
 from stability.engines.protocol import FIRM, Guided
 from stability.engines.rigid.mechanics import (
+    ALIKE_FAR,
     AXES,
     BODY_WIDTH,
     CARRIED,
+    FORCE,
     GUIDE,
     INVERSE_MASS,
     MOTION,
@@ -22,6 +24,8 @@ from stability.engines.rigid.mechanics import (
     REACH,
     RESPONSE,
     SLID,
+    SPIN,
+    TURN,
     Array,
     Ints,
     Solids,
@@ -124,6 +128,38 @@ class BodyRows:
         body, place = BodyState(Pose((x, y, z), (a, b, c, d)), (u, v, w), (p, q, r)), group.places_G[brick]
         return body if place.orientation == IDENTITY and len(group.bricks) == 1 else member_state(body, place)
 
+    def in_order(self) -> tuple[list[BodyId], Array]:
+        """Return the bricks in the order in which their contacts are solved, and what sorts the points of a contact.
+
+        The result of a scene must not depend on the order in which its bricks were added, nor on its direction. So
+        bricks are sorted by height, and those of one height by their distance from the fastest body, which disturbs
+        them, then along its motion. Only if they are mirror images of each other, their addition decides.
+        """
+        place_W, along_W = self._disturbed()
+        apart = {name: np.array(self.state(name).pose.position_W) - place_W for name in self.row}
+
+        def rank(name: BodyId) -> tuple[int, ...]:
+            far = apart[name]
+            return tuple(round(float(size) / ALIKE_FAR) for size in (far[2], np.linalg.norm(far), far @ along_W))
+
+        names = sorted(self.row, key=rank)
+        # A point on no plane of symmetry tells mirror images apart.
+        shares = 1.0 / np.arange(1.0, len(names) + 1.0)
+        aside_W = place_W + sum(share * apart[name] for share, name in zip(shares, names, strict=True)) / shares.sum()
+        return names, np.concatenate((place_W if along_W.any() else aside_W, along_W, aside_W))
+
+    def _disturbed(self) -> tuple[Array, Array]:
+        """Return the place of the fastest body [m], and a direction that follows from its motion; zeros if all rest."""
+        speeds = np.linalg.norm(self.arrays[:, MOTION:SPIN], axis=1)
+        body, speed = self.arrays[speeds.argmax()], speeds.max()
+        if speed == 0.0:
+            return np.zeros(3), np.zeros(3)
+        along_W = body[MOTION:SPIN] / speed
+        a, b, c, d, e, f = body[RESPONSE:FORCE] / np.linalg.norm(body[RESPONSE:FORCE])
+        # With its spin and its inertia, so that both sides of a body that turns, or comes askew, differ.
+        turned_W = body[REACH] / speed * np.cross(body[SPIN:AXES], along_W)
+        return body[POSITION:TURN], along_W + turned_W + np.array([[a, b, c], [b, d, e], [c, e, f]]) @ along_W
+
 
 def _corners(shape: ConvexShape, place: Pose) -> Array:
     """Return the corners of a shape at its place in a body (n, 3), in axes of the body [m]."""
@@ -161,10 +197,13 @@ def _solid(shape: ConvexShape, place: Pose, radius: float) -> _Solid:
     return _Solid(radius, np.hstack((corners, cores)), np.column_stack((normals, heights)), loops, shape.edges)
 
 
-def solids_of(bodies: BodyRows, planes: Collection[Plane], friction: Friction, radius: float) -> Solids:
-    """Return the solids of all bricks, in the order of the bodies, with edges of a radius [m], and the half-spaces."""
-    names, kinds = list(bodies.row), _kinds(bodies.row, friction)
-    groups = [bodies.groups[row] for row in bodies.row.values()]
+def solids_of(
+    bodies: BodyRows, planes: Collection[Plane], friction: Friction, radius: float
+) -> tuple[tuple[BodyId, ...], Solids]:
+    """Return the bricks in the order of contacts, and their solids, with edges of a radius [m], and the half-spaces."""
+    names, origin = bodies.in_order()
+    kinds = _kinds(bodies.row, friction)
+    groups = [bodies.groups[bodies.row[name]] for name in names]
     shapes = [(g.bricks[name].shape, g.places_G[name]) for name, g in zip(names, groups, strict=True)]
     solids = [_solid(shape, place, radius) for shape, place in shapes]  # type: ignore[arg-type]  # shapes are frozen
     kind = {name: number for number, members in enumerate(kinds) for name in members}
@@ -178,7 +217,7 @@ def solids_of(bodies: BodyRows, planes: Collection[Plane], friction: Friction, r
         _starts(len(solid.edges) for solid in solids),
         strict=True,
     )
-    return Solids(
+    return tuple(names), Solids(
         np.array(list(ranges), np.int64),
         np.array([solid.radius for solid in solids], np.float64),
         np.concatenate([np.zeros((0, 6)), *(solid.corners for solid in solids)]),
@@ -188,6 +227,7 @@ def solids_of(bodies: BodyRows, planes: Collection[Plane], friction: Friction, r
         np.array(rubbing, np.float64).reshape(len(kinds), len(kinds)),
         np.array([[*p.normal_W, dot(p.normal_W, p.point_W)] for p in planes], np.float64).reshape(-1, 4),
         np.array(on_planes, np.float64).reshape(len(kinds), len(planes)),
+        origin,
     )
 
 

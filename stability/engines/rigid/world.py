@@ -16,18 +16,17 @@ from stability.engines.pressing import AppliedLoads
 from stability.engines.protocol import NOTHING_PRESCRIBED, PrescribedMotion, StepClock
 from stability.engines.rigid.bodies import BodyRows, single, solids_of
 from stability.engines.rigid.mechanics import (
+    AT,
     FIRST,
     FORCE,
     GAP,
     ON_BODY,
     ON_OTHER,
-    POSITION,
     PRESSES,
     REACH,
     RUBS,
     RUBS_ACROSS,
     SECOND,
-    TURN,
     Array,
     Ints,
     Pairs,
@@ -43,11 +42,14 @@ from stability.engines.rigid.mechanics import (
     placed_corners,
 )
 from stability.engines.rigid.preparation import tell_if_compiling
-from stability.engines.rigid.settings import RigidSettings
+from stability.engines.rigid.settings import RigidSettings, Solving
 from stability.geometry.box import Box
-from stability.geometry.vectors import add, add_scaled, scale
+from stability.geometry.vectors import add, add_scaled, norm, scale
 from stability.model import AT_REST, GROUND, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
 
+# Share of the speed of the fastest body to which a fall is solved: what is off at its start grows, later it does not.
+RELATIVE = 3e-4
+MOST_HARD = 30  # bodies: the sweeps that hard contacts need grow with the square of the number of courses
 FIRST_ROOM = 64
 
 tell_if_compiling()  # by the first import, as the first step of a process compiles
@@ -62,20 +64,22 @@ class ContactPoints:
     _spare: Points = field(default_factory=lambda: no_points(FIRST_ROOM), init=False)
     _pairs: Pairs = field(default_factory=no_pairs, init=False)
 
-    def find(self, bodies: BodyRows, solids: Solids, order: Ints, duration: float, near: float) -> None:
+    def find(  # noqa: PLR0913, PLR0917 -- of one call of machine code
+        self, bodies: BodyRows, solids: Solids, order: Ints, duration: float, near: float, sharp: bool
+    ) -> None:
         """Find the points of the next step of a duration [s], up to a gap [m]."""
-        count, pairs = contacts(bodies.arrays, solids, self._spare, order, self._pairs, duration, near)
+        count, pairs = contacts(bodies.arrays, solids, self._spare, order, self._pairs, duration, near, sharp)
         if count > len(self._spare.ids):
             self._spare = no_points(2 * count)
-            count, pairs = contacts(bodies.arrays, solids, self._spare, order, self._pairs, duration, near)
+            count, pairs = contacts(bodies.arrays, solids, self._spare, order, self._pairs, duration, near, sharp)
         self._pairs = pairs
-        carry_over(self._spare, count, self.points, self.count)
+        carry_over(self._spare, count, self.points, self.count, 5.0 * near)
         self.points, self._spare, self.count = self._spare, self.points, count
 
-    def forget(self, row: int) -> None:
-        """Set the impulses on a body to 0, as its mass changes."""
+    def forget(self, row: int | None = None) -> None:
+        """Set the impulses on a body to 0, as its mass changes, or all impulses."""
         index = self.points.ids[: self.count]
-        of_body = (index[:, ON_BODY] == row) | (index[:, ON_OTHER] == row)
+        of_body = slice(None) if row is None else (index[:, ON_BODY] == row) | (index[:, ON_OTHER] == row)
         self.points.row[: self.count][of_body, PRESSES : RUBS_ACROSS + 1] = 0.0
 
     def renumber(self, before: Sequence[BodyId], now: Sequence[BodyId]) -> None:
@@ -115,6 +119,7 @@ class RigidWorld(EngineWorld):
     _number: dict[BodyId, int] = field(default_factory=dict, init=False)  # of the solid of each brick
     _order: Ints = field(default_factory=lambda: np.arange(0), init=False)  # of the solids along an axis
     _contacts: ContactPoints = field(default_factory=ContactPoints, init=False)
+    _struck: bool = field(default=False, init=False)  # whether a hit has taken place
     _part: float = field(default=1.0, init=False)  # duration of the last sub-step [s]
     _touching: dict[BodyId, list[int]] | None = field(default=None, init=False)
     _boxes: Array | None = field(default=None, init=False)  # around the solids
@@ -138,16 +143,25 @@ class RigidWorld(EngineWorld):
         gravity_W = np.array((-x, -y, -self.gravity - z))
         # The features at which fast bodies touch may change within a step, and a hit may make any body as fast.
         splits = self.clock.pass_step()
-        parts, duration = ceil(settings.parts / splits), duration / splits
+        duration /= splits
+        falling, struck = settings.falling, settings.struck
         near = 2.0 * settings.edge_radius + duration * self.clock.fastest
+        # Hands and moving ground hit what they move.
+        self._struck = self._struck or bool(self._guided) or prescribed.acceleration_W != AT_REST
+        self._struck = self._struck or len(self._bodies.groups) - len(self._frozen) > MOST_HARD
+        relative = RELATIVE * self.clock.fastest
         for _ in range(splits):
-            self._contacts.find(self._bodies, solids, self._order, duration, near)
-            advance(
+            parts = ceil((struck if self._struck else falling).parts / splits)
+            self._contacts.find(self._bodies, solids, self._order, duration, near, not self._struck)
+            self._struck = advance(
                 self._bodies.arrays,
                 self._contacts.points,
                 self._contacts.count,
-                (duration, parts, settings.sweeps, settings.most_sweeps),
-                settings.accuracy,
+                (duration, parts),
+                (falling.sweeps, max(falling.accuracy, relative)),
+                (struck.sweeps, struck.accuracy),
+                self._struck,
+                settings.hit,
                 settings.recovery,
                 gravity_W,
             )
@@ -184,9 +198,8 @@ class RigidWorld(EngineWorld):
     def _built(self) -> Solids:
         """Return the solids of all bricks; build them after a change."""
         if self._solids is None:
-            before, self._names = self._names, tuple(self._bodies.row)
-            planes = self.own.planes.values()
-            self._solids = solids_of(self._bodies, planes, self.friction, self.settings.edge_radius)
+            before, planes = self._names, self.own.planes.values()
+            self._names, self._solids = solids_of(self._bodies, planes, self.friction, self.settings.edge_radius)
             self._number = {name: number for number, name in enumerate(self._names)}
             self._contacts.renumber(before, self._names)
             self._order = np.arange(len(self._names))
@@ -201,6 +214,7 @@ class RigidWorld(EngineWorld):
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         self.own.add_brick(brick)
         self._bodies.add(single(brick, pose), BodyState(pose, velocity_W))
+        self._expect_hit(velocity_W)
         self._changed()
 
     def remove_brick(self, brick: BodyId) -> None:
@@ -218,10 +232,18 @@ class RigidWorld(EngineWorld):
         self._bodies.release(row)
         self._bodies.put(row, state.pose)
         self._bodies.move(row, state)
+        self._expect_hit(state.velocity_W)
         self._moved()
+
+    def _expect_hit(self, velocity_W: Vec3) -> None:
+        """Take contacts as struck before a body in motion hits another; their loads are then shared out anew."""
+        if not self._struck and norm(velocity_W) > self.settings.hit:
+            self._struck = True
+            self._contacts.forget()
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         self.set_state(brick, pushed(self._bodies.state(brick), self.own.bricks[brick], impulse_W, at_W))
+        self._changed()  # the order of the contacts
 
     def apply_forces(self, brick: BodyId, forces: Sequence[AppliedForce]) -> None:
         self.presses.apply_forces(self.own.bricks[brick], self._bodies.state(brick), forces)
@@ -309,10 +331,9 @@ class RigidWorld(EngineWorld):
         row, on_plane = points.row[number].tolist(), points.ids[number, FIRST] < 0
         first, second = self._bodies_at(number)
         normal, along, across = ((row[k], row[k + 1], row[k + 2]) for k in (0, 3, 6))
-        x, y, z = self._bodies.arrays[points.ids[number, ON_OTHER], POSITION:TURN].tolist()
         # The point is a corner over a half-space, or in the middle of the gap between two solids.
         below = row[GAP] if on_plane else 0.5 * row[GAP]
-        at_W = add_scaled((x + row[25], y + row[26], z + row[27]), -below, normal)
+        at_W = add_scaled((row[AT], row[AT + 1], row[AT + 2]), -below, normal)
         rubs_W = add(scale(row[RUBS] / self._part, along), scale(row[RUBS_ACROSS] / self._part, across))
         return ContactPoint(second, first, at_W, normal, row[GAP], row[PRESSES] / self._part, rubs_W)
 
@@ -333,10 +354,9 @@ def compile_engine() -> None:
     settings = RigidSettings(
         time_step=0.001,
         most_travel=0.001,
-        parts=1,
-        sweeps=1,
-        most_sweeps=1,
-        accuracy=0.001,
+        falling=Solving(1, 1, 1e-3),
+        struck=Solving(1, 1, 1e-3),
+        hit=0.02,
         recovery=0.05,
         edge_radius=1e-4,
     )

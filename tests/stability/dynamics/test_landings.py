@@ -2,7 +2,7 @@
 
 import pytest
 
-from stability.dynamics import contact_points
+from stability.dynamics import brick_index
 from stability.dynamics.dropping import dropping_of
 from stability.geometry.box import Box
 from stability.geometry.placed_shape import InPlace
@@ -28,13 +28,13 @@ def test_bricks_of_a_landing_column_are_not_compared_with_each_other(
     dropping = dropping_of(moving, [], [FLOOR], 0.5, 9.81)
     assert dropping is not None
     calls: list[InPlace] = []
-    drop = contact_points._drop
+    drop = brick_index._drop
 
     def counted(upper: InPlace, lower: InPlace) -> float | None:
         calls.append(upper)
         return drop(upper, lower)
 
-    monkeypatch.setattr(contact_points, "_drop", counted)
+    monkeypatch.setattr(brick_index, "_drop", counted)
     steps = 0
     while not dropping.take_landed():
         assert dropping.advance(STEP)

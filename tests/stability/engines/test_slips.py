@@ -18,7 +18,7 @@ from tests.engines_at_hand import needs_pybullet
 pytestmark = needs_pybullet
 
 LATE, FAST = 2e-3, 0.015  # of times, and of speeds: an engine's are those of the middle of a step
-PROVEN = 1e-4  # of motions without an engine
+MOVED = 0.01  # of times and speeds of `exact`, whose engine has rounded edges
 BARE = ENGINES["tuned"]
 BARELY_LATE = 0.02  # with friction anchors, which hold bricks at the onset of a slip
 
@@ -54,14 +54,14 @@ def test_a_plank_on_a_slope_that_is_a_little_too_steep_slides_as_the_closed_form
 @pytest.mark.parametrize(("kind", "angle"), [("ladder", 50.0), ("ladder", 70.0), ("V", 60.0), ("V", 70.0)])
 def test_planks_that_lean_slip_on_exact_as_newton_says(kind: str, angle: float, share: float, yaw: float) -> None:
     found = errors(Case(kind, angle, share, yaw), SYSTEMS["exact"])
-    assert abs(found.time) < PROVEN
-    assert abs(found.speed) < PROVEN
+    assert abs(found.time) < MOVED
+    assert abs(found.speed) < MOVED
 
 
 @pytest.mark.parametrize("scale", [0.5, pytest.param(3.0, marks=pytest.mark.slow), 10.0])
 def test_leaning_planks_of_other_sizes_slip_on_exact_as_newton_says(scale: float) -> None:
     length, width, thickness = (scale * side for side in KAPLA)
-    assert abs(errors(Case("V", 60.0, 0.97, 30.0, (length, width, thickness)), SYSTEMS["exact"]).time) < PROVEN
+    assert abs(errors(Case("V", 60.0, 0.97, 30.0, (length, width, thickness)), SYSTEMS["exact"]).time) < MOVED
 
 
 def test_an_engine_takes_over_where_a_ladder_leaves_its_wall_without_adding_energy() -> None:

@@ -1,19 +1,17 @@
 """Collapses played on `exact`: they begin as statics says, last as long as a rigid body's, and gain no energy."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from math import acos, asin, atan, cos, degrees, hypot, radians, sin, sqrt
+from math import acos, asin, atan, cos, degrees, hypot, sin, sqrt
 
 import pytest
-from scipy.integrate import solve_ivp
 
 from stability.engines.pybullet import PyBulletWorld
 from stability.engines.pybullet.settings import PyBulletSettings
 from stability.geometry.box import Box
 from stability.geometry.placed_shape import apart
-from stability.geometry.solid_making import prism
-from stability.geometry.vectors import about, dot, norm, scale, subtract, turn_between
+from stability.geometry.vectors import dot, norm, subtract, turn_between
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
 from stability.problem import Motion, Placed, Stability
 from stability.stabilizers.known_motion import FallingParts
@@ -204,22 +202,6 @@ def test_a_part_is_given_to_the_engine_before_it_strikes_what_stands_in_its_way_
     assert 0.0 <= min(gaps) < 0.002
 
 
-def test_other_awake_bricks_stay_in_place_while_a_part_falls() -> None:
-    bricks = stepped(0.011, 11)
-    after = []
-    for besides in ((), ("p00",)):
-        motion, world = motion_of(bricks), world_of(bricks)
-        falling = FallingParts(world, [FLOOR], 0.5, G)
-        falling.woken([*motion.velocity, *besides], motion)
-        assert falling.advance(60) == 60
-        after.append(world.states(["p00", "p10"]))
-        world.close()
-    alone, all_awake = after
-    assert all_awake["p00"].pose.position_W == pytest.approx(bricks[0].pose.position_W, abs=1e-9)
-    way = norm(subtract(alone["p10"].pose.position_W, bricks[10].pose.position_W))
-    assert all_awake["p10"].pose.position_W == pytest.approx(alone["p10"].pose.position_W, abs=1e-3 * way)
-
-
 def test_ten_steps_at_once_take_the_time_of_ten_single_steps() -> None:
     bricks = stepped(0.011, 11)
     motion, times = motion_of(bricks), []
@@ -231,73 +213,6 @@ def test_ten_steps_at_once_take_the_time_of_ten_single_steps() -> None:
         times.append(world.time())
         world.close()
     assert times[0] == times[1] == times[2]  # to the last bit: limits of time are compared with it
-
-
-def turned(brick: Placed, parts: FallingParts, most: int) -> Iterator[float]:
-    """How far it has turned about y after each step that no engine takes [rad]."""
-    turn, name = 0.0, brick.brick.id
-    pose = brick.pose
-    for _ in range(most):
-        if not parts.advance(1):
-            return
-        before, pose = pose, parts.world.states([name])[name].pose
-        turn += turn_between(before, pose) * (
-            1.0 if parts.world.states([name])[name].angular_velocity_W[1] > 0 else -1.0
-        )
-        yield turn
-
-
-def test_a_block_that_is_let_go_on_one_edge_rocks_without_an_engine_as_housner_says() -> None:
-    width, height, start = 0.02, 0.1, radians(4.0)
-    middle = (0.0, 0.0, 0.5 * (height * cos(start) + width * sin(start)))
-    block = Placed(Brick("block", Box((width, 0.02, height)), MASS), Pose(middle, about((0.0, 1.0, 0.0), start)))
-    world = world_of([block])
-    world.wake("block")
-    parts = FallingParts(world, [FLOOR], 0.5, G)
-    parts.let_go(["block"])
-    tilts = [start + turn for turn in turned(block, parts, 170)]
-    world.close()
-    slender = atan(width / height)
-    kept = 1.0 - 1.5 * sin(slender) ** 2  # of the angular velocity
-    risen = slender - acos(cos(slender) + kept**2 * (cos(slender - start) - cos(slender)))
-    assert -min(tilts) == pytest.approx(risen, rel=0.01)
-
-
-@pytest.mark.slow
-def test_a_prism_of_twelve_faces_rolls_down_a_slope_from_face_to_face_as_a_plastic_landing_on_each_leaves_it() -> None:
-    """Each landing leaves (I - 2 m R^2 sin^2(15 deg)) / I of the angular velocity, I being that about an edge."""
-    radius, half, slope = 0.02, radians(15.0), radians(17.0)
-    normal_W = (sin(slope), 0.0, cos(slope))
-    outline = [(radius * cos(half * k), radius * sin(half * k)) for k in range(-7, 17, 2)]
-    prism_W = Pose(scale(radius * cos(half), normal_W), about((0.0, 1.0, 0.0), slope))
-    roller = Placed(Brick("roller", prism(outline, 0.05).shape, 1.0), prism_W)
-    floor = Plane(GROUND, (0.0, 0.0, 0.0), normal_W, 2.0)
-    assembly = Assembly([floor], 2.0, G)
-    motion = assembly.add_all([roller]).motion
-    world = PyBulletWorld.opened(MOVING, G, 2.0, 1.0)
-    world.add_plane(floor)
-    world.add_brick(roller.brick, roller.pose)
-    parts = FallingParts(world, [floor], 2.0, G)
-    parts.woken(["roller"], motion)
-    step = world.settings.time_step
-    turns = list(turned(roller, parts, round(0.29 / step)))
-    world.close()
-    inertia = (2.0 + cos(2.0 * half)) / 6.0 + 1.0  # about an edge, by m R^2
-    first, last = slope - half, slope + half  # of the radius to the edge, from upright
-    speed, time = 0.0, 0.0
-
-    def rate(_: float, state: Sequence[float]) -> list[float]:
-        return [state[1], G / radius / inertia * sin(state[0])]
-
-    def landing(_: float, state: Sequence[float]) -> float:
-        return state[0] - last
-
-    for face in range(3):
-        ends = solve_ivp(rate, (0.0, 0.5), [first, speed], events=landing, rtol=1e-10, atol=1e-12)
-        time += ends.t_events[0][0]
-        speed = ends.y_events[0][0][1] * (inertia - 2.0 * sin(half) ** 2) / inertia
-        landed = next(i for i, turn in enumerate(turns) if turn >= 2.0 * half * (face + 1))
-        assert step * (landed + 1) == pytest.approx(time, rel=0.005)
 
 
 def test_a_push_at_the_onset_of_a_falling_part_ends_the_part() -> None:

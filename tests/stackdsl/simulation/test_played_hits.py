@@ -228,18 +228,21 @@ def test_what_a_hit_brings_down_lies_at_rest_and_only_the_others_are_proven_to_s
 # of the courses above and below, which have a joint in the middle.
 
 
-FLAT = "brick_types: {shot: {size: [50 mm, 50 mm, 20 mm], mass: 60 g}, slip: {size: [50 mm, 50 mm, 4 mm], mass: 60 g}}"
+def with_kind(name: str, thickness: str) -> str:
+    return f"brick: kapla\nfriction: 0.5\nbrick_types: {{{name}: {{size: [50 mm, 50 mm, {thickness}], mass: 60 g}}}}"
 
 
 @pytest.mark.parametrize(
-    ("brick", "names"), [("shot", "L3.2, with L2.2, L2.3, L4.2 and L4.3"), ("slip", "L3.2")], ids=["shot", "slip"]
+    ("brick", "thickness", "names"),
+    [("shot", "20 mm", "L3.2, with L2.2, L2.3, L4.2 and L4.3"), ("slip", "4 mm", "L3.2")],
+    ids=["shot", "slip"],
 )
 @pytest.mark.parametrize(("speed", "system"), [(1, "exact"), (3, "tuned"), (6, "exact"), (6, "stock"), (12, "tuned")])
 def test_a_flat_face_hits_all_bricks_that_it_covers_and_the_one_before_its_centre_first(
-    brick: str, names: str, speed: int, system: str
+    brick: str, thickness: str, names: str, speed: int, system: str
 ) -> None:
     throw = f"throw: {{at: L3.2, from: {{bearing: 90 deg, distance: 0.3 m}}, speed: {speed} m/s, brick: {brick}}}"
-    scene = f"brick: kapla\nfriction: 0.5\n{FLAT}"
+    scene = with_kind(brick, thickness)
     trace = played("- wall: {levels: 5, bricks: 3}", f"{{at: 0.5 s, {throw}}}", system, scene)
     (contact,) = (event.reason for event in trace.events if event.kind is EventKind.HIT)
     told, _, at = contact.rpartition(" at ")
@@ -253,6 +256,6 @@ def test_a_brick_that_stands_a_millimetre_further_back_is_not_hit_first(behind: 
     post = "at: [{x} mm, {y} mm, 58.8 mm], rotate: [0 deg, 90 deg, 0 deg]"
     posts = f"{{name: a, {post.format(x=-5, y=0)}}}, {{name: b, {post.format(x=5, y=behind)}}}"
     throw = "throw: {at: a, from: {bearing: -90 deg, distance: 0.3 m}, speed: 4 m/s, brick: shot}"
-    trace = played(f"- bricks: [{posts}]", f"{{at: 0.5 s, {throw}}}", "exact", f"brick: kapla\nfriction: 0.5\n{FLAT}")
+    trace = played(f"- bricks: [{posts}]", f"{{at: 0.5 s, {throw}}}", "exact", with_kind("shot", "20 mm"))
     (contact,) = (event.reason for event in trace.events if event.kind is EventKind.HIT)
     assert contact == f"thrown-1 hits {names} at 4.02 m/s"  # it also falls, at g x 75 ms / 2
