@@ -97,13 +97,12 @@ def errors(falling: Structure, friction: float, system: System) -> Row | None:
         return None
     coarse, fine = (at_begun(run.time, run.turned, run.position) for run in runs)
     due, due_ways = 2.0 * fine[0] - coarse[0], ways(fine[1], starts)
-    time, turned, position, followed_so_far = [0.0], [np.zeros(len(starts))], [starts], True
+    time, turned, position = [0.0], [np.zeros(len(starts))], [starts]
     before = {one.brick.id: one.pose for one in placed(falling)}
-    for now, states, followed in seen(falling, friction, system):
+    for now, states in seen(falling, friction, system):
         time.append(now)
         turned.append(np.array([turn_between(pose, states[name].pose) for name, pose in before.items()]))
         position.append(np.array([states[name].pose.position_W for name in before]))
-        followed_so_far = followed
         if turned[-1].max() > BEGUN or now > 3.0 * due:
             break
     moment, where = at_begun(np.array(time), np.array(turned), np.array(position))
@@ -114,7 +113,6 @@ def errors(falling: Structure, friction: float, system: System) -> Row | None:
         "direction_deg": degrees(direction),
         "proportions_percent": 100.0 * share,
         "reference_apart_percent": 100.0 * abs(due / fine[0] - 1.0),
-        "without_engine": followed_so_far,
     }
 
 
@@ -123,7 +121,7 @@ def main() -> None:
     arguments = parser(__doc__)
     arguments.add_argument("--each", type=int, default=5, help="how many of each family")
     chosen = arguments.parse_args()
-    table = Table("", "5 deg after ms", "late %", "direction deg", "proportions %", "reference apart %", "no engine")
+    table = Table("", "5 deg after ms", "late %", "direction deg", "proportions %", "reference apart %")
     rows: dict[str, Row] = {}
     for family in FAMILIES:
         for number in range(chosen.each):
@@ -134,8 +132,7 @@ def main() -> None:
             if row is None:
                 continue
             rows[f"{falling.family}, {number}"] = row
-            print_row = [f"{value:.3g}" for value in list(row.values())[:-1]]
-            table.add_row(f"{falling.family}, {number}", *print_row, "yes" if row["without_engine"] else "no")
+            table.add_row(f"{falling.family}, {number}", *(f"{value:.3g}" for value in row.values()))
     Console(width=140).print(table)
     if chosen.write:
         record("falls-in-parts", "python -m benchmarks.falls_in_parts --write", {"falls": rows})

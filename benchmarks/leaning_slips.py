@@ -139,10 +139,8 @@ def timeline(leaning: Structure, friction: float) -> Timeline:
     return Timeline(FixedWorld(GRAVITY, friction, planes(leaning, friction)), tuple(placements), hold=1.0)
 
 
-def seen(
-    leaning: Structure, friction: float, system: System
-) -> Iterator[tuple[float, Mapping[BodyId, BodyState], bool]]:
-    """Yield time [s], all states and whether no engine was needed so far, after every step on a system."""
+def seen(leaning: Structure, friction: float, system: System) -> Iterator[tuple[float, Mapping[BodyId, BodyState]]]:
+    """Yield time [s] and all states after every step on a system."""
     scene = timeline(leaning, friction)
     world: World = opened_world(scene, system)
     try:
@@ -157,20 +155,19 @@ def seen(
             if not extension.awake():
                 return
             falling.woken(extension.awake(), verdict.motion if verdict else None)
-        names, follows = [one.brick.id for one in scene.placements], True
+        names = [one.brick.id for one in scene.placements]
         while True:
             _step(world, extension, falling)
-            follows = follows and falling.follows
-            yield world.time(), world.states(names), follows
+            yield world.time(), world.states(names)
     finally:
         world.close()
 
 
-def played(leaning: Structure, friction: float, system: System, until: float) -> tuple[list[float], float]:
-    """Return the times of the displacements [s], and the displacement at which an engine took over [m]."""
+def played(leaning: Structure, friction: float, system: System, until: float) -> list[float]:
+    """Return the times of the displacements [s]."""
     starts = {one.brick.id: (one, corners_W(one.brick.shape, one.pose)) for one in placed(leaning)}
-    time, moved, known_way = [0.0], [[0.0]], 0.0
-    for now, states, follows in seen(leaning, friction, system):
+    time, moved = [0.0], [[0.0]]
+    for now, states in seen(leaning, friction, system):
         far = max(
             norm(subtract(after, before))
             for name, (one, corners) in starts.items()
@@ -178,10 +175,9 @@ def played(leaning: Structure, friction: float, system: System, until: float) ->
         )
         time.append(now)
         moved.append([far])
-        known_way = max(known_way, far) if follows else known_way
         if far > WAYS[-1] or now > until:
             break
-    return reached(np.array(time), np.array(moved)), known_way
+    return reached(np.array(time), np.array(moved))
 
 
 def case(leaning: Structure, system: System) -> dict[str, Any] | None:
@@ -197,7 +193,7 @@ def case(leaning: Structure, system: System) -> dict[str, Any] | None:
     referred = process_time() - started
     if not isfinite(truth.due[0]):
         return None
-    times, known_way = played(leaning, friction, system, LONGEST)
+    times = played(leaning, friction, system, LONGEST)
     certain = [apart <= 0.01 * WANTED for apart in truth.apart]
     return {
         "family": leaning.family,
@@ -211,7 +207,6 @@ def case(leaning: Structure, system: System) -> dict[str, Any] | None:
         "stays_mm": 1e3 * float(stays.moved.max()),
         "times": times,
         "errors": [_error(*pair) if sure else None for *pair, sure in zip(times, truth.due, certain, strict=True)],
-        "known_mm": 1e3 * known_way,
         "reference_s": referred,
         "played_s": process_time() - started - referred,
     }
@@ -257,7 +252,7 @@ def main() -> None:
     for row in rows:
         by_family[row["family"]].append(row)
     by_family["all"] = rows
-    heads = ("", "cases", "times judged", "without truth", "median %", "worst %", "over 3 %", "to an engine before")
+    heads = ("", "cases", "times judged", "without truth", "median %", "worst %", "over 3 %")
     table = Table(*heads)
     figures: dict[str, Row] = {}
     for family, rows in by_family.items():
@@ -279,16 +274,10 @@ def values(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
         "median_percent": median(times),
         "worst_percent": max(times),
         "over_3_percent": sum(max(each, default=0.0) > WANTED for each in errors),
-        "handed_over_early": sum(row["known_mm"] < 1e3 * _last_way(row["due"]) for row in rows),
         "reference_apart_percent": max(100.0 * a for row in rows for a in row["apart"] if a <= 0.01 * WANTED),
         "reference_step_us": 1e6 * min(row["step"] for row in rows),
         "moves_with_more": sum(row["stays_mm"] > STIRS_MM for row in rows),
     }
-
-
-def _last_way(due: Sequence[float]) -> float:
-    """Return the largest of the displacements that a structure reaches [m]."""
-    return WAYS[sum(map(isfinite, due)) - 1]
 
 
 if __name__ == "__main__":

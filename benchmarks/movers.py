@@ -3,8 +3,8 @@
 Each scene has a reference that is written apart from the engines: a closed form, `benchmarks.rigid_steps`, or Moreau's
 impact law (`benchmarks.moreau`). A hit is also played with every brick awake at small steps, on `rigid` and `mujoco`.
 It counts only if the impact law and `rigid` agree within 3 %; otherwise it is sensitive. `mujoco` is only shown: its
-results depend on the stiffness of its contacts at any step. In `exact` closed forms move falling parts, slips and
-rocking blocks without an engine, so these scenes are played with every brick awake from the start.
+results depend on the stiffness of its contacts at any step. `exact` topples parts without an engine,
+so these scenes are played with every brick awake from the start, and so are slips, rocking and landings.
 
 Run it with `python -m benchmarks.movers`; it needs the extras `rigid` and `mujoco`, and takes about a quarter of an
 hour. `--scenes column rocks` plays only the scenes whose kind or name contains one of these words.
@@ -229,7 +229,7 @@ def slips_of(family: Callable[..., Structure | None], number: int) -> Scene:
         return leaning, 0.9 * needed
 
     def measured(system: System) -> Measured:
-        times, _ = leaning_slips.played(*made(), replace(system, method=None), leaning_slips.LONGEST)
+        times = leaning_slips.played(*made(), replace(system, method=None), leaning_slips.LONGEST)
         return Measured(times[0], None)
 
     return Scene(

@@ -173,7 +173,6 @@ MOVING_TABLES: Mapping[str, Table] = {
             Column("median", "{median_percent:sig2} %"),
             Column("worst", "{worst_percent:sig2} %"),
             Column("errors over 3 %", "{over_3_percent}"),
-            Column("early change to an engine", "{handed_over_early}"),
             Column("difference between two steps of the reference", "{reference_apart_percent:sig2} %"),
             Column("reference also moves with 1 % more friction", "{moves_with_more}"),
         ),

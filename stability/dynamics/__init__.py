@@ -1,1 +1,1 @@
-"""Motion of rigid bodies, in closed form and with non-smooth contact."""
+"""Motion of rigid bodies without an engine: its onset, toppling as one body, drops and landings."""
