@@ -42,7 +42,7 @@ LAST = {
     "slant-tower-flush": {"exact": "L10.2", "thesis": "L11.1"},
 }
 STEPS = (960, 1920, 3840, 7680)  # per second
-FOLLOWED, LOOK = 0.6, 1.0 / 960.0  # [s]
+FOLLOWED, LOOK = 0.6, 1.0 / 960.0  # [s]; the latter is about the interval between samples
 KEYS = ("slow_ms", "lands_ms", "reach_mm", "direction_deg", "proportions_percent", "energy_percent", "wall_s")
 HALF, BEGUN = radians(15.0), radians(5.0)
 
@@ -123,14 +123,14 @@ def motion_of(timeline: Timeline) -> tuple[Problem, Motion]:
 def fall(timeline: Timeline, system: System) -> Fall:
     """Play the fall of a tower on a system."""
     started = perf_counter()
-    seen = seen_falling(timeline, system)
-    return _summed_up(timeline, seen, perf_counter() - started)
+    interval, seen = seen_falling(timeline, system)
+    return _summed_up(timeline, interval, seen, perf_counter() - started)
 
 
 def seen_falling(
     timeline: Timeline, system: System, followed: float = FOLLOWED
-) -> Sequence[Mapping[BodyId, BodyState]]:
-    """Return the states of all bricks of a tower that is placed at once, at each sample of the duration [s]."""
+) -> tuple[float, Sequence[Mapping[BodyId, BodyState]]]:
+    """Return the states of all bricks of a tower that is placed at once, and the interval between them [s]."""
     scene = timeline.world
     world = stepped_world(system.engine, scene.gravity, scene.friction, timeline.placements[0].brick.mass)
     for plane in scene.planes:
@@ -141,9 +141,10 @@ def seen_falling(
     falling = FallingParts(world, scene.planes, scene.friction, scene.gravity)
     if extension is not None:
         _set_down(extension, falling, [placed.brick.id for placed in timeline.placements])
-    seen = _stepped(world, extension, falling, followed)
+    every = max(1, round(LOOK / world.settings.time_step))
+    seen = _stepped(world, extension, falling, followed, every)
     world.close()
-    return seen
+    return every * world.settings.time_step, seen
 
 
 def _set_down(extension: Stabilizer, falling: FallingParts, bricks: Sequence[BodyId]) -> None:
@@ -155,9 +156,8 @@ def _set_down(extension: Stabilizer, falling: FallingParts, bricks: Sequence[Bod
 
 
 def _stepped(
-    world: World, extension: Stabilizer | None, falling: FallingParts, followed: float
+    world: World, extension: Stabilizer | None, falling: FallingParts, followed: float, every: int
 ) -> list[Mapping[BodyId, BodyState]]:
-    every = max(1, round(LOOK / world.settings.time_step))
     bricks = sorted(world.masses())
     seen = [world.states(bricks)]
     for step in range(round(followed / world.settings.time_step)):
@@ -171,7 +171,7 @@ def _stepped(
     return seen
 
 
-def _summed_up(timeline: Timeline, seen: Sequence[Mapping[BodyId, BodyState]], cost: float) -> Fall:
+def _summed_up(timeline: Timeline, interval: float, seen: Sequence[Mapping[BodyId, BodyState]], cost: float) -> Fall:
     problem, motion = motion_of(timeline)
     bricks = {placed.brick.id: placed.brick for placed in timeline.placements}
     first = {name: placed.pose for name, placed in problem.bricks.items()}
@@ -192,9 +192,9 @@ def _summed_up(timeline: Timeline, seen: Sequence[Mapping[BodyId, BodyState]], c
     moving = [sum(kinetic_energy(brick, states[name]) for name, brick in bricks.items()) for states in seen]
     most = max(height + energy for height, energy in zip(heights, moving, strict=True))
     return Fall(
-        slow=LOOK * next(n for n, turn in enumerate(turns) if turn >= HALF),
+        slow=interval * next(n for n, turn in enumerate(turns) if turn >= HALF),
         reach=reach / mass,
-        landed=LOOK * landed,
+        landed=interval * landed,
         direction=widest_angle(pairs),
         proportion=largest_difference(pairs),
         gain=(most - heights[0]) / heights[0],

@@ -125,7 +125,7 @@ def sideways(tower: Timeline, system: System) -> float | None:
     """Return the displacement along x of the part that falls by statics after it sank by SUNK [m]; or None."""
     bricks = {name: placed.brick for name, placed in motion_of(tower)[0].bricks.items()}
     longer = 1.0 if system.modification == AS_WRITTEN else LONGER
-    seen = seen_falling(as_played(tower, system.modification), system, longer * FOLLOWED)
+    _, seen = seen_falling(as_played(tower, system.modification), system, longer * FOLLOWED)
     path = [_centre(bricks, states) for states in seen]
     begin_x, begin_z = path[0]
     for (x, z), (next_x, next_z) in pairwise(path):
