@@ -107,9 +107,8 @@ def needed_friction(angle: float, about: float) -> float:
 
 def _slips(angle: float, friction: float) -> bool:
     along, across = (cos(angle), sin(angle)), (-sin(angle), cos(angle))
-    radius = min(RIGID.edge_radius, 0.02 * THICKNESS)
-    # The upper inner edges touch with their rounding; the lower ones stand on the ground.
-    reach = 0.5 * (LENGTH * along[0] - THICKNESS * across[0]) - radius * (cos(angle) + sin(angle) - 1.0)
+    # The upper inner edges touch; the lower ones stand on the ground.
+    reach = 0.5 * (LENGTH * along[0] - THICKNESS * across[0])
     height = 0.5 * (LENGTH * along[1] + THICKNESS * across[1])
     turned = [(0.0, sign * sin(0.5 * angle), 0.0, cos(0.5 * angle)) for sign in (-1.0, 1.0)]
     world = opened(RIGID, friction, [Pose((-reach, 0.0, height), turned[0]), Pose((reach, 0.0, height), turned[1])])
