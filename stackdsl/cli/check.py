@@ -51,6 +51,7 @@ from stackdsl.user_files import read_user_file
 
 Command = TypeVar("Command", bound=Callable[..., object])
 
+LONGEST_NAME: Final = 255  # [bytes] of a file, on most systems
 NAME_A_PATH: Final = (
     "name a file or a directory, such as `stackdsl check .`; `stackdsl new NAME` creates a first scenario there"
 )
@@ -278,8 +279,8 @@ def check_command(context: click.Context, **asked: Unpack[CheckOptions]) -> None
     golden, state = goldens_and_state(project, asked["golden"])
     memory = ResultCache(state, asked["cache"])
     found = survey(paths, memory)
-    # Unlike `Path.exists`, `os.path.exists` accepts names that are too long for a file.
-    if not asked["paths"] and not os.path.exists(project.scenarios):
+    # A name that is too long for a file has a message of its own.
+    if not asked["paths"] and len(os.fsencode(project.scenarios.name)) <= LONGEST_NAME and not os.path.exists(project.scenarios):
         hint = RUN_PYTEST if kept_by_python(golden) else NAME_A_PATH
         message = f"there is no directory '{visible(str(paths[0]))}', which is checked by default"
         found = replace(

@@ -183,12 +183,11 @@ MOVING = replace(
     first_cfm=3e-9,
 )
 
-# The engine of this project moves what `exact` wakes (docs/design/rigid-engine.md). With 8 sub-steps a column takes
-# 0.2 % longer to fall, at twice the cost.
+# The engine of this project moves what `exact` wakes (docs/design/rigid-engine.md).
 RIGID = RigidSettings(
     time_step=0.001,
     falling=Solving(parts=8, sweeps=50, accuracy=2e-6),
-    struck=Solving(parts=4, sweeps=50, accuracy=2e-5),
+    struck=Solving(parts=4, sweeps=20, accuracy=5e-5),
     hit=0.02,
     recovery=0.05,
     edge_radius=1e-4,
