@@ -6,8 +6,8 @@ static and kinetic coefficients. Each of two planks that lean on each other is a
 their contact force is horizontal. Source: Newton and Euler, with both ends in contact. Masses are 1 kg; nothing depends
 on them.
 
-This verifies slips on `stability.engines.rigid`, so it is independent of it: forces come from a linear system, time from
-scipy's integrator, and nothing is imported from `stability`.
+This verifies slips on `stability.engines.rigid`, so it is independent of it: forces come from a linear system, time
+from scipy's integrator, and nothing is imported from `stability`.
 """
 
 from collections.abc import Sequence
