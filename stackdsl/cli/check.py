@@ -280,7 +280,8 @@ def check_command(context: click.Context, **asked: Unpack[CheckOptions]) -> None
     memory = ResultCache(state, asked["cache"])
     found = survey(paths, memory)
     # A name that is too long for a file has a message of its own.
-    if not asked["paths"] and len(os.fsencode(project.scenarios.name)) <= LONGEST_NAME and not os.path.exists(project.scenarios):
+    is_name = len(os.fsencode(project.scenarios.name)) <= LONGEST_NAME
+    if not asked["paths"] and is_name and not os.path.exists(project.scenarios):
         hint = RUN_PYTEST if kept_by_python(golden) else NAME_A_PATH
         message = f"there is no directory '{visible(str(paths[0]))}', which is checked by default"
         found = replace(
