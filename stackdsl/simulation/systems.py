@@ -187,7 +187,7 @@ MOVING = replace(
 RIGID = RigidSettings(
     time_step=0.001,
     falling=Solving(parts=8, sweeps=50, accuracy=2e-6),
-    struck=Solving(parts=4, sweeps=20, accuracy=5e-5),
+    struck=Solving(parts=4, sweeps=50, accuracy=2e-5),
     hit=0.02,
     recovery=0.05,
     edge_radius=1e-4,

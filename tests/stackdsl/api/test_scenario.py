@@ -175,7 +175,7 @@ def test_a_brick_that_was_never_placed_has_no_place(tmp_path: Path) -> None:
     with (tmp_path / "bricks.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert rows[-1]["z_mm"] == ""
-    assert float(rows[0]["z_mm"]) == pytest.approx(3.9)
+    assert float(rows[0]["z_mm"]) == pytest.approx(3.9, abs=0.005)  # the fall presses it down by 1 um
 
 
 @needs_pybullet

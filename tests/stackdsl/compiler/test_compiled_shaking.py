@@ -63,7 +63,7 @@ def test_a_table_begins_with_its_first_row_and_along_its_bearing() -> None:
         ("acceleration: 2 m/s2, frequency: 200 Hz, for: 1 s", "SD104", "out of range", "at most 100 Hz"),
         ("acceleration: 2, frequency: 2 Hz, for: 1 s", "SD105", "has no unit", "m/s2"),
         ("acceleration: 2 m/s, frequency: 2 Hz, for: 1 s", "SD106", "'m/s' is not a unit of", "m/s2"),
-        ("acceleration: 2 km, frequency: 2 Hz, for: 1 s", "SD106", "'km' is not a unit of", "m/s2"),
+        ("acceleration: 2 N, frequency: 2 Hz, for: 1 s", "SD106", "'N' is not a unit of", "m/s2"),
         ("amplitude: 1 m, frequency: 20 Hz, for: 1 s", "SD104", "is 1.579e+04 m/s2", "reduce"),
         (f"{SINE}, strength: 3", "SD101", "unknown key 'strength'", ""),
         (f"{SINE}, at: 1 s, after: built", "SD108", "exclude each other", "remove one"),
