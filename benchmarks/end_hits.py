@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from math import cos, inf, pi, sin
 from random import Random
 
-import numpy as np
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
@@ -21,7 +20,7 @@ from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from benchmarks.hits import GRAVITY, THROWN_AT, WATCHED, shifts
 from benchmarks.impacts import LEVELS, SHOT
-from benchmarks.moreau.motion import Boxes
+from benchmarks.moreau.motion import Boxes, shifts_by_throw
 from benchmarks.plank_structures import LENGTH, THICKNESS, WIDTH, four_stack
 from stability.geometry.vectors import about
 from stability.model import GROUND, Plane, Pose, Vec3
@@ -35,7 +34,6 @@ LEVEL, STRUCK, DISTANCE, FRICTION = 3, 5, 0.01, 0.5
 AIM_MOVED = 5e-5  # [m] up and down, to detect sensitive hits
 SENSITIVE = 0.1  # share of a shift
 WANTED = 10.0  # [%] accepted error of `exact`
-SETTLED, QUIET, AT_REST, LONGEST = 0.01, 0.03, 0.002, 1.0  # [s], [s], [m/s], [s] of the reference
 AGREED, FINEST = 0.03, 32000  # share of a shift, and largest number of steps per second of the reference
 PEER_STEP = 1.0 / 7680.0  # [s]
 
@@ -93,22 +91,9 @@ def timeline(hit: EndHit) -> Timeline:
 
 def referred(hit: EndHit, steps: int) -> float:
     """Return the shift of the struck plank by the reference [m], at a number of steps per second."""
-    tower = four_stack(2 * LEVELS)
     thrown, velocity_W = hit.thrown()
-    boxes, step = Boxes([*tower, thrown], GRAVITY, FRICTION), 1.0 / steps
-    for _ in range(round(SETTLED * steps)):  # loads settle before the throw
-        boxes.step(step)
-        boxes.put(len(tower), thrown.pose.position_W)
-    began, most, quiet = boxes.places.copy(), 0.0, 0.0
-    # Minus half a step of gravity, so that the discrete path follows the parabola.
-    boxes.throw(len(tower), (velocity_W[0], velocity_W[1], velocity_W[2] + 0.5 * GRAVITY * step))
-    for number in range(round(LONGEST * steps)):
-        boxes.step(step)
-        most = max(most, float(np.linalg.norm(boxes.places[STRUCK] - began[STRUCK])))
-        quiet = quiet + step if boxes.fastest(but=len(tower)) < AT_REST else 0.0
-        if quiet > QUIET and number * step > 3.0 * DISTANCE / hit.speed:
-            break
-    return most
+    boxes = Boxes([*four_stack(2 * LEVELS), thrown], GRAVITY, FRICTION)
+    return float(shifts_by_throw(boxes, velocity_W, DISTANCE / hit.speed, steps)[STRUCK])
 
 
 def compared(hit: EndHit, steps: int, peer: bool) -> Row:

@@ -20,10 +20,10 @@ from benchmarks import turned_hits
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from benchmarks.hits import DISTANCE, GRAVITY
-from benchmarks.moreau.motion import Boxes
+from benchmarks.moreau.motion import Boxes, shifts_by_throw
 from benchmarks.movers import AGREE, CONVERGED, sooner
 from benchmarks.plank_structures import THICKNESS
-from benchmarks.turned_hits import AT_REST, FRICTION, QUIET, SETTLED, UP, TurnedHit
+from benchmarks.turned_hits import FRICTION, UP, TurnedHit
 from stability.geometry.vectors import about, add, rotate
 from stability.model import Vec3
 from stability.problem import Placed
@@ -69,7 +69,7 @@ def hit(seed: int) -> RandomHit:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a hit does."""
+    """Result of a hit."""
 
     shift: float  # of the hit plank [m]
     fallen: int
@@ -84,20 +84,10 @@ def played(one: RandomHit, system: System) -> Outcome:
 def by_impact_law(one: RandomHit, steps: int) -> Outcome:
     """Return the result of Moreau's impact law at a number of steps per second."""
     tower, (shot, velocity_W) = one.tower(), one.thrown()
-    boxes, number, duration = Boxes([*tower, shot], GRAVITY, FRICTION), len(tower), 1.0 / steps
-    for _ in range(round(SETTLED * steps)):
-        boxes.step(duration)
-        boxes.put(number, shot.pose.position_W)
-    began, most, quiet = boxes.places.copy(), 0.0, 0.0
-    boxes.throw(number, (*velocity_W[:2], velocity_W[2] + 0.5 * GRAVITY * duration))
-    for step in range(round(LONGEST * steps)):
-        boxes.step(duration)
-        most = max(most, float(np.linalg.norm(boxes.places[one.struck] - began[one.struck])))
-        quiet = quiet + duration if boxes.fastest(but=number) < AT_REST else 0.0
-        if quiet > QUIET and step * duration > 3.0 * DISTANCE / one.speed:
-            break
-    sunk = began[:number, 2] - boxes.places[:number, 2]
-    return Outcome(most, int(np.count_nonzero(sunk > 0.5 * THICKNESS)))
+    boxes = Boxes([*tower, shot], GRAVITY, FRICTION)
+    began = boxes.places[:-1, 2].copy()
+    shifts = shifts_by_throw(boxes, velocity_W, DISTANCE / one.speed, steps, LONGEST)
+    return Outcome(float(shifts[one.struck]), int(np.count_nonzero(began - boxes.places[:-1, 2] > 0.5 * THICKNESS)))
 
 
 def compared(one: RandomHit, steps: int) -> Row:

@@ -8,7 +8,6 @@ certain. Run it with `python -m benchmarks.turned_hits`.
 from dataclasses import dataclass, replace
 from math import cos, pi, radians, sin
 
-import numpy as np
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
@@ -17,7 +16,7 @@ from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from benchmarks.hits import DISTANCE, GRAVITY, THROWN_AT, WATCHED
 from benchmarks.impacts import SHOT
-from benchmarks.moreau.motion import Boxes
+from benchmarks.moreau.motion import Boxes, shifts_by_throw
 from benchmarks.plank_structures import LENGTH, THICKNESS, WIDTH, four_stack
 from stability.geometry.vectors import about, multiply, rotate
 from stability.model import GROUND, Plane, Pose, Vec3
@@ -29,7 +28,6 @@ from stackdsl.timeline import Arrival, FixedWorld, Placement, Timeline
 FRICTION, CLEAR = 0.5, 5e-4  # [m] above level
 UP = (0.0, 0.0, 1.0)
 TURNS, SPEEDS = (90.0, 85.0, 60.0, 45.0, 0.0), (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)  # [deg], [m/s]
-SETTLED, QUIET, AT_REST, LONGEST = 0.01, 0.03, 0.002, 1.0  # [s], [s], [m/s], [s] of the reference
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,21 +82,10 @@ def of_exact(hit: TurnedHit) -> float:
 
 
 def by_impact_law(hit: TurnedHit, steps: int) -> float:
-    """The largest shift of the struck plank by Moreau's impact law [m], at `steps` time steps per second."""
-    tower, (shot, velocity_W) = hit.tower(), hit.thrown()
-    boxes, number, duration = Boxes([*tower, shot], GRAVITY, FRICTION), len(tower), 1.0 / steps
-    for _ in range(round(SETTLED * steps)):
-        boxes.step(duration)
-        boxes.put(number, shot.pose.position_W)
-    began, most, quiet = boxes.places.copy(), 0.0, 0.0
-    boxes.throw(number, (*velocity_W[:2], velocity_W[2] + 0.5 * GRAVITY * duration))
-    for step in range(round(LONGEST * steps)):
-        boxes.step(duration)
-        most = max(most, float(np.linalg.norm(boxes.places[hit.struck] - began[hit.struck])))
-        quiet = quiet + duration if boxes.fastest(but=number) < AT_REST else 0.0
-        if quiet > QUIET and step * duration > 3.0 * DISTANCE / hit.speed:
-            break
-    return most
+    """Return the shift of the struck plank by Moreau's impact law [m], at a number of steps per second."""
+    shot, velocity_W = hit.thrown()
+    boxes = Boxes([*hit.tower(), shot], GRAVITY, FRICTION)
+    return float(shifts_by_throw(boxes, velocity_W, DISTANCE / hit.speed, steps)[hit.struck])
 
 
 def compared(hit: TurnedHit, steps: int) -> Row:

@@ -29,7 +29,7 @@ def offered_systems() -> Mapping[str, tuple["EntryPoint", ...]]:
     return dict(sorted(by_name.items()))
 
 
-# How to choose an engine, by the names that users give it.
+# Systems to choose for an engine, by the names that users give the engine.
 ENGINES: Mapping[str, str] = {
     **dict.fromkeys(
         ("pybullet", "bullet"), "write tuned for PyBullet with settings for stacks, or stock for its default settings"

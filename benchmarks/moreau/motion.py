@@ -73,6 +73,33 @@ class Boxes:
         return float(np.delete(all_of_them, but).max())
 
 
+# A thrown box: until all others rest again.
+
+SETTLED, QUIET, AT_REST, LONGEST = 0.01, 0.03, 0.002, 1.0  # [s], [s], [m/s], [s]
+
+
+def shifts_by_throw(boxes: Boxes, velocity_W: Vec3, arrives: float, steps: int, longest: float = LONGEST) -> Array:
+    """Throw the last box at the others, and return their largest shifts [m], at a number of steps per second.
+
+    It arrives after `arrives` [s]. The loads of the others settle before the throw. The boxes end at their last places.
+    """
+    thrown, step = len(boxes.placed) - 1, 1.0 / steps
+    start = boxes.placed[thrown].pose.position_W
+    for _ in range(round(SETTLED * steps)):
+        boxes.step(step)
+        boxes.put(thrown, start)
+    began, most, quiet = boxes.places.copy(), np.zeros(thrown), 0.0
+    # Half a step of gravity more, so that the discrete path follows the parabola.
+    boxes.throw(thrown, (*velocity_W[:2], velocity_W[2] + 0.5 * boxes.gravity * step))
+    for number in range(round(longest * steps)):
+        boxes.step(step)
+        most = np.maximum(most, np.linalg.norm((boxes.places - began)[:thrown], axis=1))
+        quiet = quiet + step if boxes.fastest(but=thrown) < AT_REST else 0.0
+        if quiet > QUIET and number * step > 3.0 * arrives:
+            break
+    return most
+
+
 def _size(one: Placed) -> Vec3:
     if not isinstance(one.brick.shape, Box):
         raise TypeError(f"{one.brick.id}: the reference moves boxes only")

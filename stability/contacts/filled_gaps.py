@@ -4,10 +4,9 @@ A sheet of a millimetre under a carton of 200 mm is thinner than the largest gap
 ground. But the carton stands on the sheet, with the friction of the sheet, and not on the ground.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 
 from stability.contacts.bodies import Solid
-from stability.geometry.box_distance import TOUCHING
 from stability.geometry.vectors import dot
 from stability.model import BodyId, Vec3
 from stability.problem import Contact
@@ -36,24 +35,6 @@ def is_filled(contact: Contact, solids: Mapping[BodyId, Solid], contacts_of: Con
                 visited.add(below)
                 front.append(below)
     return False
-
-
-def thin_bodies(solids: Mapping[BodyId, Solid], share: float = TOUCHING) -> list[BodyId]:
-    """Return the bodies that are thin enough to fill the gap of a contact of others; most scenes have none."""
-    thickest = max((body.shortest for body in solids.values()), default=0.0)
-    return [name for name, body in solids.items() if body.shortest <= ROOM * share * thickest]
-
-
-def without_filled(
-    contacts: Sequence[Contact], beside: Iterable[Contact], solids: Mapping[BodyId, Solid], share: float = TOUCHING
-) -> list[Contact]:
-    """Return the contacts whose gaps are not filled; `beside` are all other contacts of the thin bodies."""
-    all_contacts = [*contacts, *beside]
-
-    def contacts_of(body: BodyId) -> Iterable[Contact]:
-        return (contact for contact in all_contacts if body in (contact.lower, contact.upper))
-
-    return [contact for contact in contacts if not is_filled(contact, solids, contacts_of, share)]
 
 
 def _below(body: BodyId, contacts: Iterable[Contact], up_W: Vec3) -> Iterable[BodyId]:

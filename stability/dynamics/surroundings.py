@@ -1,6 +1,6 @@
 """Region around moving bricks in which a scene is complete, until they leave it."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import dist, inf
 from typing import Final
@@ -17,10 +17,6 @@ class Surroundings:
 
     middle_W: Vec3  # [m]
     within: float  # [m]
-
-    def hold(self, bricks: Collection[Placed]) -> bool:
-        """Check that all of these bricks are in the ball."""
-        return all(dist(self.middle_W, brick.pose.position_W) + 0.5 * across(brick) <= self.within for brick in bricks)
 
 
 EVERYWHERE: Final = Surroundings((0.0, 0.0, 0.0), inf)

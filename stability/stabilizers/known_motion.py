@@ -126,11 +126,6 @@ class FallingParts:
         for name, state in motion.states().items():
             self.world.set_state(name, state)
 
-    @property
-    def follows(self) -> bool:
-        """Whether a motion without an engine is in progress."""
-        return self._motion is not None
-
     def end(self) -> None:
         """End the known motion: the engine moves the bricks from now on."""
         if self._motion is not None:

@@ -203,7 +203,7 @@ class _Run:
 
     @property
     def _plays_no_motion(self) -> bool:
-        """Whether the run ends at the first bricks that are not proven to stand."""
+        """Return whether the run ends at the first bricks that are not proven to stand."""
         return self.timeline.world.has_joints or not self.timeline.watched
 
     def _proven_to_fall(self) -> None:

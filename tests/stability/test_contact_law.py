@@ -156,7 +156,7 @@ def test_the_support_is_the_most_power_that_any_force_takes(
 
 
 def _far_bends(law: ContactLaw) -> list[float]:
-    """Where the bound of shear begins, however large the normal force is there."""
+    """Return the normal force at which the bound of shear begins to act, however large it is."""
     if not isinstance(law, MohrCoulomb) or law.friction == 0.0 or law.shear == np.inf:
         return []
     return [bend for bend in [(law.shear - law.cohesion) / law.friction] if bend > law.least_normal]

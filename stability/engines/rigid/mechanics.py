@@ -61,7 +61,6 @@ class Solids(NamedTuple):
 # Columns of `Solids.table`.
 BODY, SURFACE = 0, 1  # row of the body, and of `friction`
 CORNER, FACE, EDGE = 2, 3, 4  # first one
-SOLID_WIDTH = 5
 
 
 class Points(NamedTuple):

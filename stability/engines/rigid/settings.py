@@ -10,7 +10,7 @@ from stability.engines.scene_scale import SceneScale, power_of_two
 
 @dataclass(frozen=True, slots=True)
 class Solving:
-    """How accurately the impulses of a sub-step are solved."""
+    """Accuracy to which the impulses of a time step are solved."""
 
     parts: int  # sub-steps of a time step
     sweeps: int  # most sweeps of Gauss-Seidel over the contact points in a sub-step

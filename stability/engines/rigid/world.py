@@ -51,6 +51,7 @@ from stability.model import AT_REST, GROUND, BodyId, BodyState, Brick, ContactPo
 RELATIVE = 3e-4
 MOST_HARD = 30  # bodies: the sweeps that hard contacts need grow with the square of the number of courses
 FIRST_ROOM = 64
+SAME_PLACE = 5.0  # in units of the least gap of a point: distance within which points keep impulses
 
 tell_if_compiling()  # by the first import, as the first step of a process compiles
 
@@ -73,7 +74,7 @@ class ContactPoints:
             self._spare = no_points(2 * count)
             count, pairs = contacts(bodies.arrays, solids, self._spare, order, self._pairs, duration, near, sharp)
         self._pairs = pairs
-        carry_over(self._spare, count, self.points, self.count, 5.0 * near)
+        carry_over(self._spare, count, self.points, self.count, SAME_PLACE * near)
         self.points, self._spare, self.count = self._spare, self.points, count
 
     def forget(self, row: int | None = None) -> None:

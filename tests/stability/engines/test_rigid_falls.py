@@ -21,7 +21,7 @@ SLOW = ("tower", "askew", "chain")
 
 
 def known_scenes() -> Iterable[object]:
-    """The scenes of which there is a closed form, or an integration of the equations of motion."""
+    """Yield the scenes with a closed form, or with integrated equations of motion."""
     for scene in scenes():
         if scene.kind in TOLERANCES:
             slow = any(word in scene.name for word in SLOW)
@@ -39,7 +39,7 @@ TURN = about((0.0, 1.0, 0.0), SLOPE)
 
 
 def ways(friction: GivenFriction, thick: float = 0.02) -> dict[str, float]:
-    """How far a sheet on a slope and a block as heavy on it slide downhill in a tenth of a second [m]."""
+    """Return the ways that a sheet on a slope and an equally heavy block on it slide downhill in 0.1 s [m]."""
     world = RigidWorld.opened(RIGID, GRAVITY, friction)
     world.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (sin(SLOPE), 0.0, cos(SLOPE)), 0.9))
     starts = {}
@@ -56,7 +56,7 @@ def ways(friction: GivenFriction, thick: float = 0.02) -> dict[str, float]:
 
 
 def way(acceleration: float) -> float:
-    """From rest, with an acceleration in parts of gravity [m]."""
+    """Return the way from rest with an acceleration in units of gravity [m]."""
     return 0.5 * GRAVITY * acceleration * (STEPS * RIGID.time_step) ** 2
 
 
