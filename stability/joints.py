@@ -6,12 +6,12 @@ joint. The bounds are those of limit analysis: a joint that yields keeps its for
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from math import inf
 from typing import Final
 
-from stability.contact_law import ContactLaw, MohrCoulomb
+from stability.contact_law import ContactLaw, Coulomb, MohrCoulomb
 from stability.geometry.box import box_of
 from stability.geometry.polygons import between
 from stability.geometry.vectors import (
@@ -34,7 +34,9 @@ from stability.problem import Contact, Placed
 EQUAL: Final = 1e-9  # share of an area: cells that differ by less have the same law
 ALIGNED: Final = 0.05  # share of the pitch by which the grids of two boxes may differ at a stud
 UPRIGHT: Final = 0.999  # cosine of the largest angle between the studs of a box and the normal of a contact
+ASIDE: Final = 0.045  # the same of the smallest angle at which a contact is one of two side faces
 CORNERS_OF_A_FACE: Final = 3
+PAIR: Final = 2
 STRONGEST: Final = 1e60  # [Pa, N]
 
 
@@ -47,6 +49,10 @@ class Joint(ABC):
 
         `bodies` are the boxes of the contact, the upper one first; a plane is not among them.
         """
+
+    def dry_contact(self, contact: Contact, _bodies: Sequence[Placed]) -> Contact:
+        """Return the contact without the points of the joint."""
+        return contact
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,16 +98,20 @@ class Studs(Joint):
     pitch: float  # [m]
     pull: float  # [N] of one stud
     shear: float  # [N] of one stud, in any direction
+    narrow_pull: float | None = None  # [N] of one stud under a brick that is one stud wide; None if it is `pull`
 
     def points(self, contact: Contact, bodies: Sequence[Placed]) -> Iterator[tuple[Vec3, ContactLaw]]:
         """Yield four points of each stud, a quarter of the pitch beside its centre, which share its strength.
 
         Four points are symmetric, so a mirrored structure has the same verdict.
         """
-        law = MohrCoulomb(0.0, self.pull / 4.0, self.shear / 4.0)
         grids = [_grid(placed, self.pitch, contact.normals_W[0]) for placed in bodies]
         if not grids or not all(grids):
             return
+        gripping = grids[0] if _points_up(bodies[0], contact.normals_W[0]) else grids[-1]
+        is_narrow = self.narrow_pull is not None and min(map(len, map(set, zip(*gripping, strict=True)))) == 1
+        pull = self.narrow_pull if is_narrow and self.narrow_pull is not None else self.pull
+        law = MohrCoulomb(0.0, pull / 4.0, self.shear / 4.0)
         axes_W = body_axes(bodies[0].pose.orientation)[:2]
         height = dot(contact.normals_W[0], contact.points_W[0])
         for middle in grids[0].values():
@@ -111,6 +121,49 @@ class Studs(Joint):
                     for across in (-0.25, 0.25):
                         aside = add_scaled(centre, along * self.pitch, axes_W[0])
                         yield add_scaled(aside, across * self.pitch, axes_W[1]), law
+
+    def dry_contact(self, contact: Contact, bodies: Sequence[Placed]) -> Contact:
+        """Return the contact of two side faces as a push at half of its height, without friction.
+
+        Real bricks are a tenth of a millimetre apart and push where they happen to touch, so neither their corners nor
+        friction are relied on.
+        """
+        normal_W = contact.normals_W[0]
+        ups_W = [body_axes(placed.pose.orientation)[2] for placed in bodies]
+        if len(contact.normals_W) != 1 or len(ups_W) != PAIR or any(abs(dot(up, normal_W)) > ASIDE for up in ups_W):
+            return contact
+        heights = [dot(ups_W[0], point) for point in contact.points_W]
+        middle = 0.5 * (min(heights) + max(heights))
+        across_W = cross(ups_W[0], normal_W)
+        moved = (
+            add_scaled(point, middle - height, ups_W[0])
+            for point, height in zip(contact.points_W, heights, strict=True)
+        )
+        ordered = sorted(moved, key=lambda point: dot(across_W, point))
+        return replace(contact, points_W=(ordered[0], ordered[-1]), law=Coulomb(0.0), gaps=())
+
+
+def studs_meet(one: Placed, other: Placed, pitch: float) -> bool:
+    """Return whether the studs of two boxes are on one grid, so that one fits onto the other.
+
+    True also for boxes beside one another, whose studs do not touch.
+    """
+    (x_W, y_W, up_W), turned_W = (body_axes(placed.pose.orientation) for placed in (one, other))
+    grids = [_grid(placed, pitch, up_W) for placed in (one, other)]
+    if not all(grids):
+        return False
+    apart = subtract(grids[1][0, 0], grids[0][0, 0])
+    if abs(dot(up_W, apart)) < ALIGNED * pitch:
+        return True
+    if max(abs(dot(turned_W[0], x_W)), abs(dot(turned_W[0], y_W))) < UPRIGHT:
+        return False
+    steps = [dot(axis, apart) / pitch for axis in (x_W, y_W)]
+    return all(abs(step - round(step)) <= ALIGNED for step in steps)
+
+
+def _points_up(placed: Placed, normal_W: Vec3) -> bool:
+    """Return whether the studs of a box point along a normal rather than against it."""
+    return dot(body_axes(placed.pose.orientation)[2], normal_W) > 0.0
 
 
 def _grid(placed: Placed, pitch: float, normal_W: Vec3) -> dict[tuple[int, int], Vec3]:
@@ -192,6 +245,13 @@ class Joints:
         """Return the joint of two bodies; None for a dry contact."""
         return next((rule.joint for rule in self.rules if rule.holds(one, other)), None)
 
+    def dry_contact(self, contact: Contact, bodies: Mapping[BodyId, Placed]) -> Contact:
+        """Return a contact of two bodies without the points that joints add to it. `bodies` holds the bricks."""
+        joint = self.of(contact.lower, contact.upper)
+        if joint is None:
+            return contact
+        return joint.dry_contact(contact, [bodies[name] for name in (contact.upper, contact.lower) if name in bodies])
+
     def contacts(self, contact: Contact, bodies: Mapping[BodyId, Placed]) -> tuple[Contact, ...]:
         """Return the contacts that a joint adds to a contact of two bodies, one for each of its laws.
 
@@ -222,7 +282,9 @@ def admit_joints(joints: object) -> None:
             raise TypeError(f"expected JointRule(Bond(...), (names, names)), not {short_repr(rule)}")
         if rule.joint is not None:
             for each in fields(rule.joint):
-                _admit(rule.joint, each.name, getattr(rule.joint, each.name))
+                number = getattr(rule.joint, each.name)
+                if not (isinstance(rule.joint, Studs) and each.name == "narrow_pull" and number is None):
+                    _admit(rule.joint, each.name, number)
 
 
 def _admit(joint: Joint, name: str, number: float) -> None:

@@ -153,14 +153,15 @@ class Structure:
 
     def _join(self, contact: Contact) -> None:
         lower, upper = contact.lower, contact.upper
-        if contact.gaps:
-            self.across_gaps[lower, upper] = contact
         if self.joints.rules:
             bodies = {placed.brick.id: placed for placed in self.tables}
             bodies |= {name: self.bricks[name] for name in (lower, upper) if name in self.bricks}
             added = self.joints.contacts(contact, bodies)
             if added:
                 self.joined[lower, upper] = added
+            contact = self.joints.dry_contact(contact, bodies)
+        if contact.gaps:
+            self.across_gaps[lower, upper] = contact
         for body, other in ((lower, upper), (upper, lower)):
             if body in self.bricks:
                 self.touching[body] = {**self.touching[body], other: contact}

@@ -10,6 +10,8 @@ from stackdsl.api.written import Part, Written, written
 def brick(
     *,
     at: Sequence[str] | None = None,
+    stud: Sequence[int | str] | None = None,
+    turned: bool | None = None,
     on: str | Sequence[str] | None = None,
     beside: str | None = None,
     towards: str | None = None,
@@ -21,9 +23,11 @@ def brick(
     friction: float | str | None = None,
     drop: bool | None = None,
 ) -> Written:
-    """Return one brick in any pose: `at` a position, `on` other bricks, or `beside` one.
+    """Return one brick in any pose: `at` a position, on a `stud`, `on` other bricks, or `beside` one.
 
     at: position [x, y, z] of its centre
+    stud: for a brick with studs: its lowest x and y in studs, and its underside, such as `2 bricks` or `4 plates`
+    turned: whether the length of a brick with `stud` is along y
     on: the brick or bricks below, or the ground; the brick lies on top, at the mean of their centres
     beside: the brick that it touches from the side, with its bottom at the same height
     towards: direction from the brick of `beside` to this one: 0 deg = +x, 90 deg = +y
@@ -35,7 +39,7 @@ def brick(
     friction: its own Coulomb coefficient; default: that of its type
     drop: whether it is released in the air instead of being set down
     """
-    place = {"at": at, "on": on, "beside": beside, "towards": towards, "offset": offset}
+    place = {"at": at, "stud": stud, "turned": turned, "on": on, "beside": beside, "towards": towards, "offset": offset}
     others = {"rotate": rotate, "brick": brick, "level": level, "friction": friction, "drop": drop}
     return written({"name": name, **place, **others}, Part.BRICK)
 

@@ -118,10 +118,12 @@ def _set_brick(  # noqa: PLR0913, PLR0917 -- a brick and everything that it may 
     resolver: PlacementResolver,
 ) -> WrittenBrick:
     kind = brick.brick or default_kind
-    form, turned = kind.form, about_axes(brick.rotate)
-    pose, lost = _pose_with_point(Pose(brick.at or (0.0, 0.0, 0.0), turned), form.origin), None
+    form = kind.form
+    at, angles = (brick.at, brick.rotate) if brick.stud is None else brick.on_studs(kind)
+    turned, lost = about_axes(angles), None
+    pose = _pose_with_point(Pose(at or (0.0, 0.0, 0.0), turned), form.origin)
     placed_by: tuple[int, ...] = ()
-    if brick.at is None:
+    if at is None:
         try:
             centre, placed_by = resolver.place_of(brick, form.shape, turned, before)
             pose = Pose(centre, turned)

@@ -9,10 +9,13 @@ from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import bounds_W
 from stability.geometry.spatial_grid import Neighbours
 from stability.geometry.vectors import SHORTEST, add, body_axes, dot
-from stability.model import GROUND, BodyId, Vec3
+from stability.joints import studs_meet
+from stability.model import GROUND, BodyId, Brick, Vec3
+from stability.problem import Placed
 from stability.statics.assembly import LIGHTEST
 from stackdsl.compiler.bricks import MAX_NAMED, ActionOrder, ResolvedBrick, WrittenBrick, later_names
 from stackdsl.compiler.fit import MOST_INSIDE, CrowdedError, Fit, TimedShape, fits
+from stackdsl.compiler.joints import are_joined
 from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean
 from stackdsl.language.claims.claim import Claim, Expectation
@@ -261,8 +264,9 @@ def misfits(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iter
         yield crowded(bricks[error.index].written, source)
         return
     is_crowded = sum(fit.overlaps for fit in results) > MOST_INSIDE  # then supports may be missing from the index
-    for brick, fit in zip(bricks, results, strict=True):
+    for index, (brick, fit) in enumerate(zip(bricks, results, strict=True)):
         mistake = _misfit(fit, brick, built, scenario, source) if fit.overlaps or not is_crowded else None
+        mistake = mistake or _off_studs(index, fit, bricks)
         if mistake is not None and (mistake[0], brick.written.path) not in reported:
             reported.add((mistake[0], brick.written.path))
             yield Diagnostic(mistake[0], source.span_of(brick.written.path), *mistake[1:])
@@ -328,13 +332,32 @@ def _misfit(
         if other.path == brick.written.path:
             return "SD201", f"{message}, of the same layout", _wider(brick.written, other, scenario)
         return "SD201", message, _elsewhere(brick.written, other, bricks, scenario)
-    may_be_joined = bool(scenario.joints and (fit.beside_boxes or fit.beside_planes))
+    may_be_joined = are_joined(built, scenario) and bool(fit.beside_boxes or fit.beside_planes)
     if fit.in_the_air and not brick.written.drop and not may_be_joined:
         above = "" if fit.clearance == inf else f"; the nearest body below is {_distances(fit.clearance, fit.reach)}"
         hint = "place it on a support, or write `drop: true` to let it fall"
         if of_layout:
             hint = "change the dimensions or the `origin` of the layout so that every brick has a support"
         return "SD202", f"brick '{brick.name}' has no support{above}", hint
+    return None
+
+
+def _off_studs(index: int, fit: Fit, bricks: Sequence[ResolvedBrick]) -> tuple[str, str, str] | None:
+    """Return the mistake of a brick whose studs are off the grid of those above or below it, of earlier bricks."""
+    brick = bricks[index]
+    studs, own = brick.written.kind.studs, Placed(Brick(brick.name, brick.written.shape, 1.0), brick.written.pose)
+    for number in (*fit.on_boxes, *fit.beside_boxes) if studs is not None else ():
+        other = bricks[number]
+        placed = Placed(Brick(other.name, other.written.shape, 1.0), other.written.pose)
+        if (
+            number < index
+            and other.written.kind.studs == studs
+            and studs is not None
+            and not studs_meet(own, placed, studs.pitch)
+        ):
+            message = f"brick '{brick.name}' is off the studs of brick '{other.name}'"
+            hint = f"move it onto the grid of {mm(studs.pitch)}, as `stud` does, or remove `studs` from one of both"
+            return "SD201", message, hint
     return None
 
 

@@ -5,11 +5,11 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 
 from stability.joints import Bond, Joint, JointRule, Joints, Pull, Studs
-from stability.model import BodyId
+from stability.model import GROUND, BodyId
 from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.diagnostics import Diagnostic, did_you_mean
 from stackdsl.language.bricks import CATALOGUE
-from stackdsl.language.joints import JointOfBricks
+from stackdsl.language.joints import JointOfBricks, StudGrid
 from stackdsl.language.schema import Scenario
 from stackdsl.language.yaml.source import KeyPath, Source
 
@@ -35,7 +35,23 @@ def joints_of(built: ResolvedScenario, scenario: Scenario) -> Joints:
         together = frozenset[BodyId]().union(*sets)
         yield JointRule(joint, (together, together))
 
-    return Joints(tuple(rule for item in scenario.joints for rule in rules(item)))
+    written = (rule for item in scenario.joints for rule in rules(item))
+    return Joints((*written, *_of_studs(built, scenario)))
+
+
+def _of_studs(built: ResolvedScenario, scenario: Scenario) -> Iterator[JointRule]:
+    """Yield a rule for each kind of studs, between all bodies that have them."""
+    bodies: defaultdict[StudGrid, set[BodyId]] = defaultdict(set)
+    for brick in built.bricks:
+        if brick.written.kind.studs is not None:
+            bodies[brick.written.kind.studs].add(brick.name)
+    for studs, names in bodies.items():
+        together = frozenset(names | ({GROUND} if scenario.world.ground.studs == studs else set()))
+        yield JointRule(_studs(studs), (together, together))
+
+
+def _studs(grid: StudGrid) -> Studs:
+    return Studs(grid.pitch, grid.pull, grid.shear, grid.narrow_pull)
 
 
 def _joint(item: JointOfBricks) -> Joint | None:
@@ -47,7 +63,7 @@ def _joint(item: JointOfBricks) -> Joint | None:
     if item.pull is not None:
         return Pull(item.pull)
     if item.studs is not None:
-        return Studs(item.studs.pitch, item.studs.pull, item.studs.shear)
+        return _studs(item.studs)
     return None
 
 
@@ -65,9 +81,19 @@ def _bodies(built: ResolvedScenario, scenario: Scenario) -> Mapping[str, frozens
     return {name: frozenset(each) for name, each in bodies.items()}
 
 
+def are_joined(built: ResolvedScenario, scenario: Scenario) -> bool:
+    """Return whether joints may hold bricks together."""
+    return bool(scenario.joints) or any(brick.written.kind.studs is not None for brick in built.bricks)
+
+
 def invalid_joints(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report unknown and ambiguous names of joints, and all that is not judged for joined bricks."""
-    if not scenario.joints:
+    studs = scenario.world.ground.studs
+    if studs is not None and all(brick.written.kind.studs != studs for brick in built.bricks):
+        span = source.key_span_of(("world", "ground", "studs"))
+        hint = "use bricks such as `lego_2x4`, or remove `studs` of the ground"
+        yield Diagnostic("SD104", span, "no brick has the studs of the ground", hint)
+    if not are_joined(built, scenario):
         return
     yield from _names(built, scenario, source)
     yield from _unjudged(scenario, source)
@@ -102,7 +128,12 @@ def _names(built: ResolvedScenario, scenario: Scenario, source: Source) -> Itera
 
 
 def _refused(source: Source, path: KeyPath, what: str, key: str) -> Diagnostic:
-    return Diagnostic("SD211", source.key_span_of(path), f"{AT_REST}: {what}", f"remove {key}, or remove `joints`")
+    return Diagnostic("SD211", source.key_span_of(path), f"{AT_REST}: {what}", f"remove {key}, or {_dry(source)}")
+
+
+def _dry(source: Source) -> str:
+    """Return how the bricks of a scenario become dry."""
+    return "remove `joints`" if "joints" in source.values else "use bricks without studs"
 
 
 def _unjudged(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
@@ -136,7 +167,7 @@ def _unjudged_claims(scenario: Scenario, source: Source) -> Iterator[Diagnostic]
             span = source.key_span_of((key, number, claim.kind))
             if claim.kind not in CLAIMS:
                 message = f"{AT_REST}, and the claim `{claim.kind}` is about a motion"
-                hint = f"claim one of {', '.join(sorted(CLAIMS))}, or remove `joints`"
+                hint = f"claim one of {', '.join(sorted(CLAIMS))}, or {_dry(source)}"
                 yield Diagnostic("SD211", span, message, hint)
             elif others := sorted({*claim.content.needed_margins} - MARGINS):
                 message = f"the margin `{others[0]}` is not computed for bricks with joints"
@@ -144,5 +175,5 @@ def _unjudged_claims(scenario: Scenario, source: Source) -> Iterator[Diagnostic]
                     "SD211",
                     span,
                     message,
-                    "claim the margin `load_factor`, `acceleration` or `tilt`, or remove `joints`",
+                    f"claim the margin `load_factor`, `acceleration` or `tilt`, or {_dry(source)}",
                 )

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from math import isfinite
+from math import isfinite, pi, prod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Self, TypeAlias
 
 from pydantic import (
@@ -26,12 +26,15 @@ from stability.model import GROUND, ConvexShape, Vec3
 from stability.statics.assembly import LIGHTEST
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language import value_types as t
+from stackdsl.language.joints import LEGO_STUDS, StudGrid
 from stackdsl.language.layouts.registry import BrickSpec
+from stackdsl.language.lego import LEGO, PLATES
 from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Shorthand, default
 from stackdsl.language.quantities import SIDE, ConsequentialError, InputError, shown, triple
 from stackdsl.language.value_types import Levels
 from stackdsl.supervising.executors import supervised
 from stackdsl.supervising.worker import Task, TaskStatus, memory_limited
+from stackdsl.wording import mm
 
 if TYPE_CHECKING:
     from stability.geometry.solid_making import FramedSolid
@@ -46,6 +49,7 @@ class CatalogueBrick:
 
     size: Vec3  # length, width, thickness; lying flat [m]
     density: float  # [kg/m3]
+    studs: StudGrid | None = None
 
 
 PINE: Final = 557.0  # [kg/m3], of a KAPLA plank of nominal size and 11.9 g
@@ -55,6 +59,7 @@ CATALOGUE: Final[Mapping[str, CatalogueBrick]] = {
     # Sides of exactly 1:3:15, the plank of the published method. Density of the same wood, rather than the same mass:
     # a density common to all bricks does not change the behaviour of a structure.
     "kapla-ideal": CatalogueBrick((0.120, 0.024, 0.008), PINE),
+    **{name: CatalogueBrick(part.size, part.mass / prod(part.size), LEGO_STUDS) for name, part in LEGO.items()},
 }
 
 
@@ -278,6 +283,7 @@ def cut_to(form: Form, size: Vec3) -> Form:
 
 
 MAX_TYPES: Final = 1000
+PLAY: Final = 0.05  # share of the pitch by which a brick with studs may be shorter or longer than its studs
 
 
 class KnownBricks(Mapping[str, "BrickKind | None"]):
@@ -329,6 +335,9 @@ class BrickKind(Shorthand, ExactlyOneKey):
     density: t.Density | None = Field(None, description="density, as an alternative to `mass`")
     mass: t.Mass | None = Field(None, description="mass of an uncut brick, as an alternative to `density`")
     friction: t.Friction | None = Field(None, description="Coulomb friction coefficient; default: that of the scenario")
+    studs: StudGrid | None = Field(
+        None, description="studs of the brick, which hold it to bricks and ground with the same studs; default: none"
+    )
     _form: Form = PrivateAttr()
     _kind_name: str = PrivateAttr("")
 
@@ -354,8 +363,9 @@ class BrickKind(Shorthand, ExactlyOneKey):
                 raise ConsequentialError
             return known[name]
         if name in CATALOGUE:
-            made = cls.model_construct(size=CATALOGUE[name].size, density=CATALOGUE[name].density)
-            made._form, made._kind_name = box_form(CATALOGUE[name].size), name
+            bought = CATALOGUE[name]
+            made = cls.model_construct(size=bought.size, density=bought.density, studs=bought.studs)
+            made._form, made._kind_name = box_form(bought.size), name
             return made
         message = f"there is no brick {shown(scalar)} in the catalogue or under `brick_types`"
         size = triple(name)
@@ -429,6 +439,23 @@ class BrickKind(Shorthand, ExactlyOneKey):
         self._form = form
         return self
 
+    @model_validator(mode="after")
+    def _studs_fill_the_box(self) -> Self:
+        """Reject studs on other solids than boxes, and boxes between two sizes in studs."""
+        if self.studs is None:
+            return self
+        if self.size is None:
+            message = "`studs` needs a box, and this brick is another solid"
+            raise InputError("SD108", message, "define the brick by `size`, or remove `studs`")
+        pitch = self.studs.pitch
+        for side in self.size[:2]:
+            count = max(round(side / pitch), 1)
+            if abs(side - count * pitch) > PLAY * pitch:
+                message = f"a side of {mm(side)} does not fit studs every {mm(pitch)}"
+                hint = f"write a length and a width that are multiples of {mm(pitch)}, such as {mm(count * pitch)}"
+                raise InputError("SD104", message, hint)
+        return self
+
     def mass_of(self, form: Form) -> float:
         """Return the mass of a piece of another form, of the same material [kg]."""
         if self.mass is None:
@@ -485,6 +512,40 @@ def _kind(name: str, written: object, files: Mapping[str, str]) -> BrickKind | N
     return made
 
 
+_STUD_HEIGHT: Final = re.compile(r"\s*(?P<count>-?[0-9]{1,6})\s*(?P<unit>bricks?|plates?)\s*")
+MOST_STUDS: Final = 10_000  # of a coordinate
+DIGITS: Final = 12  # decimals of a metre; far more than the rounding error of products
+
+
+def read_stud_height(written: object) -> int:
+    """Read a height in bricks or plates, such as `2 bricks`; return plates."""
+    if written == 0 and not isinstance(written, bool):
+        return 0
+    match = _STUD_HEIGHT.fullmatch(written) if isinstance(written, str) else None
+    if match is None:
+        advice = "write the height of its underside, such as `2 bricks` or `4 plates`"
+        raise InputError("SD104", f"{shown(written)} is not a height in bricks or plates", advice)
+    plates = int(match["count"]) * (PLATES if match["unit"].startswith("brick") else 1)
+    if not 0 <= plates <= PLATES * MOST_STUDS:
+        raise InputError("SD104", f"a height of {match[0].strip()} is out of range", f"write 0 to {MOST_STUDS} bricks")
+    return plates
+
+
+StudCount = Annotated[int, Field(strict=True, ge=-MOST_STUDS, le=MOST_STUDS)]
+StudHeight = Annotated[
+    int,
+    t.Reads(
+        read_stud_height,
+        {
+            "anyOf": [
+                {"const": 0},
+                t.text_schema(r"[0-9]{1,6}\s*(?:bricks?|plates?)", "a height in bricks or plates", "2 bricks"),
+            ]
+        },
+    ),
+]
+
+
 class SetBrick(ExactlyOneKey):
     """One brick set down in any pose."""
 
@@ -494,6 +555,12 @@ class SetBrick(ExactlyOneKey):
     at: tuple[t.Length, t.Length, t.Length] | None = Field(
         None, description="position [x, y, z] of the centre of a box, or of the origin of a solid"
     )
+    stud: tuple[StudCount, StudCount, StudHeight] | None = Field(
+        None,
+        description="position [x, y, z] of a brick with studs: its lowest x and y in studs, and the height of its "
+        "underside in bricks or plates",
+    )
+    turned: t.Flag = Field(False, description="whether the length of a brick with `stud` is along y instead of x")
     on: Annotated[t.Supports, BeforeValidator(t.listed), WithJsonSchema(t.SUPPORTS)] | None = Field(
         None, description="supporting brick or bricks, or the ground; the brick is centred on the mean of their centres"
     )
@@ -515,17 +582,49 @@ class SetBrick(ExactlyOneKey):
         None, description="Coulomb friction coefficient; default: that of its kind of brick"
     )
 
-    one_of: ClassVar[tuple[str, ...]] = ("at", "on", "beside")
+    one_of: ClassVar[tuple[str, ...]] = ("at", "stud", "on", "beside")
+
+    def on_studs(self, kind: BrickKind) -> tuple[Vec3, Vec3]:
+        """Return the centre [m] and the angles about the axes [rad] of a brick with `stud`. Raises InputError."""
+        if self.stud is None or kind.studs is None:
+            named = f"'{kind.kind_name}'" if kind.kind_name else "this brick"
+            hint = "use a brick of the catalogue, such as `brick: lego_2x4`, or add `studs` to its kind"
+            raise InputError("SD108", f"`stud` places bricks with studs, and {named} has none", hint)
+        pitch, (length, width, height) = kind.studs.pitch, kind.form.size
+        x, y = (width, length) if self.turned else (length, width)
+        # A plate is 0.4 of the pitch high, of LEGO bricks and of their doubles for small children.
+        base = 0.4 * pitch * self.stud[2]
+        middle = (
+            pitch * (self.stud[0] + 0.5 * round(x / pitch)),
+            pitch * (self.stud[1] + 0.5 * round(y / pitch)),
+            base + 0.5 * height,
+        )
+        centre = round(middle[0], DIGITS), round(middle[1], DIGITS), round(middle[2], DIGITS)
+        return centre, (0.0, 0.0, 0.5 * pi if self.turned else 0.0)
+
+    @model_validator(mode="after")
+    def _only_beside_stud(self) -> Self:
+        written = self.model_fields_set
+        if self.stud is None and "turned" in written:
+            message = "`turned` applies only with `stud`, which is missing"
+            raise InputError("SD108", message, "write `rotate: [0 deg, 0 deg, 90 deg]`")
+        if self.stud is not None and "rotate" in written:
+            message = "`rotate` and `stud` exclude each other"
+            raise InputError("SD108", message, "write `turned: true` for a brick along y, or `at` in place of `stud`")
+        if self.stud is not None and self.brick is not None:
+            self.on_studs(self.brick)
+        return self
 
     @model_validator(mode="after")
     def _shift_from_something(self) -> Self:
         written = self.model_fields_set
-        if self.at is not None and "offset" in written:
-            raise InputError(
-                "SD108",
-                "`offset` applies only with `on` or `beside`, but this brick has `at`",
-                "add the offset to `at`",
-            )
+        for key in ("at", "stud"):
+            if getattr(self, key) is not None and "offset" in written:
+                raise InputError(
+                    "SD108",
+                    f"`offset` applies only with `on` or `beside`, but this brick has `{key}`",
+                    f"add the offset to `{key}`",
+                )
         if self.beside is None and "towards" in written:
             raise InputError(
                 "SD108",

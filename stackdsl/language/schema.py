@@ -27,7 +27,7 @@ from stackdsl.language.claims.claim_kind import CLAIMS, KindOfClaim
 from stackdsl.language.hands import ByHand, HandErrors
 from stackdsl.language.impacts import IMPACTS, Impact, KindOfImpact
 from stackdsl.language.imports import Import
-from stackdsl.language.joints import Joints
+from stackdsl.language.joints import Joints, StudGrid
 from stackdsl.language.layouts.registry import LAYOUTS, Layout, LayoutParams
 from stackdsl.language.model_base import AnchorText, AuthorModel, Shorthand, Timed, default, with_kinds
 from stackdsl.language.quantities import InputError
@@ -207,6 +207,9 @@ class Ground(AuthorModel):
 
     friction: t.Friction | None = Field(
         None, description="friction coefficient of the ground; default: that of the scenario"
+    )
+    studs: StudGrid | None = Field(
+        None, description="studs of the ground, a base plate, which hold bricks with the same studs; default: none"
     )
 
 

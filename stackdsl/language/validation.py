@@ -12,7 +12,7 @@ from pydantic_core import ErrorDetails
 
 from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean, meant_choice, reading_order
 from stackdsl.entry_points import engine_remedy, offered_systems
-from stackdsl.language.bricks import CATALOGUE, BrickKind, known_bricks, laid
+from stackdsl.language.bricks import CATALOGUE, BrickKind, SetBrick, known_bricks, laid
 from stackdsl.language.distributions import sampled
 from stackdsl.language.expressions import meant_expression
 from stackdsl.language.layouts.registry import place
@@ -36,6 +36,7 @@ def conflicts(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
         _truths_without_proofs,
         _after_a_collapse,
         _impossible_layouts,
+        _studs_without_studs,
         sampled,
     ):
         yield from check(scenario, source)
@@ -114,6 +115,24 @@ def _impossible_layouts(scenario: Scenario, source: Source) -> Iterator[Diagnost
                 laid(form, spec)
         except InputError as mistake:
             yield Diagnostic(mistake.code, source.span_of(("build", index, name)), mistake.message, mistake.hint)
+
+
+def _studs_without_studs(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Yield bricks with `stud` whose kind, that of the step or of the scenario, has no studs."""
+    for index, step in enumerate(scenario.build):
+        for number, brick in enumerate(step.bricks or ()):
+            yield from _studless(brick, step.brick or scenario.brick, source, ("build", index, "bricks", number))
+    for index, impact in enumerate(scenario.impacts):
+        if impact.content.slid_in is not None:
+            yield from _studless(impact.content.slid_in, scenario.brick, source, ("impacts", index, impact.kind))
+
+
+def _studless(brick: SetBrick, usual: BrickKind, source: Source, path: KeyPath) -> Iterator[Diagnostic]:
+    if brick.stud is not None:
+        try:
+            brick.on_studs(brick.brick or usual)
+        except InputError as mistake:
+            yield Diagnostic(mistake.code, source.key_span_of((*path, "stud")), mistake.message, mistake.hint)
 
 
 # Validation by pydantic, and translation of its errors.

@@ -414,6 +414,10 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
         yield f"  {' '.join(scenario.description.split())}"
     yield from _world(timeline)
     yield from map(_joint_line, scenario.joints)
+    kinds = [scenario.brick, *(step.brick for step in scenario.build)]
+    kinds += [brick.brick for step in scenario.build for brick in step.bricks or ()]
+    for studs in dict.fromkeys(kind.studs for kind in kinds if kind is not None and kind.studs is not None):
+        yield f"  joint between bricks with studs: {_studs_text(studs)}"
     count, levels = sum(not placement.hits for placement in timeline.placements), timeline.levels
     what = f"{count} brick{'s' * (count > 1)} on {levels} level{'s' * (levels > 1)}"
     yield f"  {what}, finished at {timeline.built:g} s, watched until {timeline.end:g} s"
@@ -439,6 +443,11 @@ def _world(timeline: Timeline) -> Iterator[str]:
         yield f"  {plane.id}: normal ({normal}), friction {plane.friction:g}"
 
 
+def _studs_text(studs: StudGrid) -> str:
+    narrow = "" if studs.narrow_pull is None else f" ({studs.narrow_pull:g} N under a brick of one stud)"
+    return f"studs every {1000.0 * studs.pitch:g} mm, each of {studs.pull:g} N pull{narrow}, {studs.shear:g} N shear"
+
+
 def _joint_line(item: JointOfBricks) -> str:
     """Return one item of the joints in words."""
     match item:
@@ -447,8 +456,8 @@ def _joint_line(item: JointOfBricks) -> str:
             what = "bond of " + ", ".join(f"{1e-6 * each:g} MPa {name}" for name, each in strengths.items())
         case JointOfBricks(pull=float(pull)):
             what = f"pull of {pull:g} N at each corner"
-        case JointOfBricks(studs=StudGrid(pitch=pitch, pull=pull, shear=shear)):
-            what = f"studs every {1000.0 * pitch:g} mm, each of {pull:g} N pull, {shear:g} N shear"
+        case JointOfBricks(studs=StudGrid() as studs):
+            what = _studs_text(studs)
         case _:
             what = "none"
     where = f"between {' and '.join(item.between)}" if item.between else f"of {', '.join(item.of or ['all bodies'])}"

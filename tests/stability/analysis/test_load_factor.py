@@ -13,7 +13,7 @@ from stability.analysis.load_factor import LoadFactor, load_factor
 from stability.analysis.subset_search import Subsets
 from stability.geometry.box import Box
 from stability.geometry.vectors import about, rotate
-from stability.joints import DRY, Bond, Joint, JointRule, Joints, Pull, Studs
+from stability.joints import DRY, Bond, Joint, JointRule, Joints, Pull, Studs, studs_meet
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
 from stability.problem import ZERO, Placed, Stability, Tolerances, Verdict, Wrench
 from stability.statics.assembly import Assembly
@@ -372,9 +372,37 @@ def test_studs_hold_only_where_both_grids_meet() -> None:
     assert points == [4 * 6, 0]
 
 
+def test_a_brick_one_stud_wide_grips_each_stud_with_its_own_pull() -> None:
+    studs = everywhere(Studs(PITCH, 1.0, 1.0, narrow_pull=3.0))
+    pulls = []
+    for lower, upper in ((1, 2), (2, 1)):  # widths
+        base = brick("a", (0.0, 0.0, 0.0048), (4 * PITCH, lower * PITCH, 0.0096))
+        on_top = brick("b", (0.0, 0.5 * PITCH, 0.0144), (4 * PITCH, upper * PITCH, 0.0096))
+        held = [c for c in assembly([base, on_top], studs).contacts("b") if not c.law.is_cone]
+        pulls.append({(-4.0 * c.law.least_normal, len(c.points_W)) for c in held})
+    assert pulls == [{(1.0, 16)}, {(3.0, 16)}]  # the upper one grips
+
+
+def test_bricks_with_studs_side_by_side_push_at_half_height_without_friction() -> None:
+    """A brick between two neighbours is not held by them: it falls, although dry bricks would be wedged in."""
+    row = [brick(name, (i * PITCH, 0.0, 0.5), (PITCH, PITCH, 0.0096)) for i, name in enumerate("abc")]
+    for contact in assembly(row, everywhere(Studs(PITCH, 1.0, 1.0))).contacts("b"):
+        assert contact.law.friction == 0.0
+        assert [round(z, 9) for _, _, z in contact.points_W] == [0.5, 0.5]
+
+
+def test_studs_of_boxes_side_by_side_do_not_have_to_meet() -> None:
+    size = (4 * PITCH, 2 * PITCH, 0.0096)
+    lower = brick("a", (0.0, 0.0, 0.0048), size)
+    upper = {"on": (PITCH, 0.0, 0.0144), "off": (0.5 * PITCH, 0.0, 0.0144), "beside": (4.5 * PITCH, 0.0, 0.0048)}
+    met = {name: studs_meet(lower, brick("b", at, size), PITCH) for name, at in upper.items()}
+    assert met == {"on": True, "off": False, "beside": True}
+
+
 @pytest.mark.parametrize(
     ("joint", "message"),
     [
+        (Studs(PITCH, 1.0, 1.0, -1.0), "the narrow_pull of the Studs is -1.0; write a number from 0"),
         (Bond(-1.0, 1.0), "the tension of the Bond is -1.0; write a number from 0"),
         (Pull(float("nan")), "the force of the Pull is nan"),
         (Studs(0.0, 1.0, 1.0), "the pitch of the Studs is 0.0; write a number from 1e-09"),
