@@ -119,6 +119,24 @@ class Removal:
     bricks: tuple[BodyId, ...]
 
 
+class JointChange(StrEnum):
+    """What changes the joints of a structure."""
+
+    JOINED = "joined"
+    CUT = "cut"
+    SET = "set"  # mortar or glue, some time after placing
+
+
+@dataclass(frozen=True, slots=True)
+class JointsAction:
+    """The joints of the structure change."""
+
+    time: float  # [s]
+    joints: Joints  # of all bodies, from now on
+    bricks: tuple[BodyId, ...]  # that are in place and whose joints change
+    change: JointChange
+
+
 @dataclass(frozen=True, slots=True)
 class PushAction:
     """An impulse acts on a brick."""
@@ -165,7 +183,7 @@ class ReleaseAction:
 
 
 HandAction: TypeAlias = MoveAction | HoldAction | ReleaseAction
-Done: TypeAlias = Removal | PushAction | ShakeAction | HandAction
+Done: TypeAlias = Removal | JointsAction | PushAction | ShakeAction | HandAction
 Action: TypeAlias = Placement | Done
 Moment: TypeAlias = tuple[Placement, ...] | Done  # simultaneous actions
 
@@ -212,6 +230,12 @@ class Timeline:
     def placements(self) -> tuple[Placement, ...]:
         """Return the actions that bring a brick."""
         return tuple(action for action in self.actions if isinstance(action, Placement))
+
+    @property
+    def final_world(self) -> FixedWorld:
+        """Return the fixed world with the joints after all actions."""
+        joints = [action.joints for action in self.actions if isinstance(action, JointsAction)]
+        return replace(self.world, joints=joints[-1]) if joints else self.world
 
     @property
     def pulled_out(self) -> tuple[BodyId, ...]:

@@ -56,6 +56,9 @@ class EventKind(StrEnum):
     WOKEN = "woken"
     HIT = "hit"  # a thrown or dropped brick first touches another body
     REMOVED = "removed"
+    JOINED = "joined"
+    SET = "set"  # mortar or glue that holds from now on
+    CUT = "cut"  # joints
     PUSHED = "pushed"
     SHAKEN = "shaken"  # the ground, without bricks
     TAKEN = "taken"  # a hand begins to move or hold a brick
@@ -63,6 +66,7 @@ class EventKind(StrEnum):
     COLLAPSED = "collapsed"
 
 
+JOINING = frozenset({EventKind.JOINED, EventKind.SET, EventKind.CUT})  # changes of joints
 # Events that are actions of the scenario; all others are consequences.
 ACTIONS = frozenset(EventKind) - {EventKind.FROZEN, EventKind.WOKEN, EventKind.HIT, EventKind.COLLAPSED}
 

@@ -19,8 +19,20 @@ MILLIMETRES: Final = 1000.0  # in a metre
 GRAMS: Final = 1000.0  # in a kilogram
 PARTS: Final = "; "  # between the parts of a mechanism
 FEW: Final = 3  # parts of a mechanism, or reasons, that are written out
+LONG: Final = 3600.0  # [s] from which times are told as a time of day
 
 Name = TypeVar("Name")
+
+
+def clock(time: float) -> str:
+    """Return a time [s] in a column; from an hour on as days and a time of day."""
+    if time < LONG:
+        return f"{time:9.3f} s"
+    minutes, seconds = divmod(round(time), 60)
+    hours, minutes = divmod(minutes, 60)
+    days, hours = divmod(hours, 24)
+    of_day = f"{hours}:{minutes:02}:{seconds:02}"
+    return f"{f'{days} d {of_day}' if days else of_day:>11}"
 
 
 def mm(length: float, digits: int = 4) -> str:

@@ -10,6 +10,7 @@ from stability.model import BodyId, Vec3
 from stability.problem import Verdict
 
 if TYPE_CHECKING:
+    from stability.joints import Joints
     from stability.statics.assembly import Assembly
 
 
@@ -107,6 +108,10 @@ class Stabilizer(Protocol):
 
     def landed(self, bricks: Iterable[BodyId]) -> Update:
         """Judge bricks that have come to rest after a motion without an engine, as if they were set down."""
+        return Update()
+
+    def rejoined(self, joints: "Joints") -> Update:
+        """Handle other joints of all bricks: bricks that cannot stand with them wake immediately."""
         return Update()
 
     def shaken(self, motion: GroundMotion) -> None:

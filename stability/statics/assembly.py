@@ -551,6 +551,15 @@ class Assembly(AssemblyAnswers):
         make, arguments = self.__reduce__()
         return make(*arguments)
 
+    def with_joints(self, joints: Joints) -> "Assembly":
+        """Return an assembly of the same bricks with other joints, judged again."""
+        structure = self._structure
+        site = self.planes, self.friction, self.gravity, structure.tolerances, self.tables
+        again = Assembly(*site, overlap=inf, joints=joints)
+        again.add_all(self.bricks.values(), names_smallest=len(self.bricks) <= MOST)
+        again._overlap = self._overlap
+        return again
+
     def __copy__(self) -> "Assembly":
         """Return a copy as `copied` does: assemblies change no stored object in place, so copies may share them."""
         return self.copied()

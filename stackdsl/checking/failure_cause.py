@@ -17,6 +17,8 @@ from stackdsl.timeline import (
     Action,
     Arrival,
     HoldAction,
+    JointChange,
+    JointsAction,
     MoveAction,
     Placement,
     PushAction,
@@ -27,7 +29,7 @@ from stackdsl.timeline import (
     time_of_arrival,
 )
 from stackdsl.trace import BrickState, Event, EventKind, RunVerdict, Trace
-from stackdsl.wording import apart_text, joints_text, mm, moving_text, shaking_text, touching_text, weakest_text
+from stackdsl.wording import apart_text, clock, joints_text, mm, moving_text, shaking_text, touching_text, weakest_text
 
 NOTICED = 1e-6  # [m] smaller shifts are not reported as motion
 ARRIVALS = {
@@ -145,6 +147,11 @@ def _action_text(together: Sequence[Action], timeline: Timeline) -> str:
     match together[0]:
         case Removal() as removal:
             return f"{names_text(in_order(removal.bricks), among=assembly)} pulled out at {removal.time:g} s"
+        case JointsAction() as change:
+            about = names_text(in_order(change.bricks), among=assembly)
+            if change.change is not JointChange.JOINED:
+                about = f"the joints of {about}"
+            return f"{about} {change.change.value} at {clock(change.time).strip()}"
         case PushAction() as push:
             return f"{push.brick} pushed at {push.time:g} s"
         case ShakeAction() as shake:

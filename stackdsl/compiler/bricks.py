@@ -12,8 +12,8 @@ from stability.geometry.placed_shape import in_place
 from stability.geometry.vectors import dot, inverse, multiply, rotate, subtract
 from stability.model import GROUND, BodyId, ConvexShape, Plane, Pose, Quaternion, Vec3
 from stackdsl.compiler.fit import CrowdedError, Fit, PlacementIndex, TimedShape, fits
-from stackdsl.language.bricks import BrickKind, SetBrick, laid
-from stackdsl.language.layouts.registry import BrickSpec, place
+from stackdsl.language.bricks import BrickKind, Form, SetBrick, laid
+from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, MortaredParams, place
 from stackdsl.language.schema import BuildStep, Scenario
 from stackdsl.language.yaml.source import KeyPath
 
@@ -96,9 +96,17 @@ def _bricks_of_layout(number: int, step: BuildStep, scenario: Scenario) -> Itera
             form, own = laid(kind.form, spec), _prefixed(step, spec.name)
             path: KeyPath = ("build", number, name)
             point = form.middle if spec.outline is None else form.origin
-            mass, pose = kind.mass_of(form), _pose_with_point(pose_of(spec), point)
+            mass, pose = _mass_with_mortar(kind, form, spec, params), _pose_with_point(pose_of(spec), point)
             brick = WrittenBrick(path, number, form.shape, mass, pose, kind, spec.level, own, together=spec.together)
             yield replace(brick, within=step.name, passed=spec.passed)
+
+
+def _mass_with_mortar(kind: BrickKind, form: Form, spec: BrickSpec, params: LayoutParams) -> float:
+    """Return the mass of a brick of a layout with its mortar [kg]."""
+    mass = kind.mass_of(form)
+    if not isinstance(params, MortaredParams) or params.mortar is None or params.mortar.density is None:
+        return mass
+    return mass + spec.mortar * (params.mortar.density - mass / form.shape.volume)
 
 
 def pose_of(spec: BrickSpec) -> Pose:
@@ -231,6 +239,7 @@ def next_name(brick: WrittenBrick, level: int, counts: Counter[tuple[str, int]])
 # The order of actions.
 
 
+BEFORE_BUILDING: Final = -1  # turn of joints that set or are made
 BUILD: Final = 0  # turn of the build, before those of the impacts
 
 

@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, combinations
 from math import cos, inf, sin
 from typing import Final, TypeAlias
@@ -37,7 +37,7 @@ from stackdsl.compiler.hands import (
     moves_through_planes,
 )
 from stackdsl.compiler.impacts import ImpactActions, early_removals, impact_actions
-from stackdsl.compiler.joints import invalid_joints, joints_of
+from stackdsl.compiler.joints import invalid_joints, joints_in_time
 from stackdsl.compiler.schedule import (
     ResolvedScenario,
     missiles_of,
@@ -57,6 +57,8 @@ from stackdsl.timeline import (
     FixedWorld,
     HoldAction,
     Jitter,
+    JointChange,
+    JointsAction,
     Placement,
     PushAction,
     ReleaseAction,
@@ -86,6 +88,9 @@ def origin_of(action: Action, scenario: Scenario, source: Source) -> Origin | No
     if isinstance(action, ShakeAction):
         return None
     built = resolved_scenario(scenario, source)
+    if isinstance(action, JointsAction):
+        acted = [number for number, begins in enumerate(built.impacts) if begins.time == action.time]
+        return _impact(acted[0], scenario, source) if acted and action.change is not JointChange.SET else None
     if not isinstance(action, Placement):
         named = set(action.bricks if isinstance(action, Removal | HoldAction | ReleaseAction) else (action.brick,))
         for number, (impact, begins) in enumerate(zip(scenario.impacts, built.impacts, strict=True)):
@@ -323,7 +328,7 @@ def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
 def _world(built: ResolvedScenario, scenario: Scenario, planes: tuple[Plane, ...]) -> FixedWorld:
     touching, friction = scenario.world.touching, friction_of(built, scenario)
     within = inf if touching is None else touching
-    return FixedWorld(scenario.world.gravity, friction, planes, within, joints_of(built, scenario))
+    return FixedWorld(scenario.world.gravity, friction, planes, within)
 
 
 def _timeline(built: ResolvedScenario, impacts: Iterable[tuple[ActionOrder, Action]], scenario: Scenario) -> Timeline:
@@ -335,12 +340,13 @@ def _timeline(built: ResolvedScenario, impacts: Iterable[tuple[ActionOrder, Acti
     placed |= {carried.brick.name: carried_placement(placed[carried.brick.name], carried, tilt) for carried in by_hand}
     others = placed.keys() - {carried.brick.name for carried in by_hand}
     placements = [(brick.placed, placed[brick.name]) for brick in built.in_order if brick.name in others]
+    joints, joining = joints_in_time(built, scenario)
     return Timeline(
-        _world(built, scenario, planes),
+        replace(_world(built, scenario, planes), joints=joints),
         tuple(
             action
             for _, action in sorted(
-                (*placements, *carrying_actions(by_hand, placed, tilt), *impacts, *shakes(built, scenario)),
+                (*placements, *carrying_actions(by_hand, placed, tilt), *impacts, *joining, *shakes(built, scenario)),
                 key=lambda timed: timed[0],
             )
         ),

@@ -23,7 +23,7 @@ from stackdsl.compiler.impact_scene import (
 )
 from stackdsl.compiler.schedule import ResolvedScenario, tilt_of, turned_pose
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.language.impacts import Drop, Hold, ImpactKind, Move, Push, Remove, Throw
+from stackdsl.language.impacts import Cut, Drop, Glue, Hold, ImpactKind, Move, Push, Remove, Throw
 from stackdsl.language.quantities import SPEED
 from stackdsl.language.schema import Scenario
 from stackdsl.language.value_types import named_in
@@ -308,6 +308,15 @@ def _blocked(crossing: FlightCollision, scenario: Scenario, source: Source) -> D
     )
     hint = f"start it later, for example with `after: impact {earlier.number + 1} + 0.5 s`, or elsewhere"
     return Diagnostic("SD201", here, message, hint)
+
+
+# Joints. Glue and cuts are compiled together with all other joints, in `joints_in_time`.
+
+
+@actions_of.register
+def joined(_joining: Glue | Cut, _scene: ImpactScene) -> tuple[()]:
+    """Return no action."""
+    return ()
 
 
 # Removals.

@@ -28,7 +28,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.equilibrium import separating_motion
 from stability.statics.fall_description import described
 from stability.statics.initial_motion import find_start
-from stackdsl.timeline import HandAction, PushAction, Removal, ShakeAction, Timeline, leaves_to_engine
+from stackdsl.timeline import HandAction, JointsAction, PushAction, Removal, ShakeAction, Timeline, leaves_to_engine
 from stackdsl.trace import Trace, VerdictMargins
 from stackdsl.wording import how_many
 
@@ -72,6 +72,12 @@ def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
         if isinstance(moment, Removal):
             done += 1
             if assembly.remove(moment.bricks, names_smallest=names_smallest).stability is not Stability.STABLE:
+                break
+            continue
+        if isinstance(moment, JointsAction):
+            done += 1
+            assembly = assembly.with_joints(moment.joints)
+            if assembly.verdict().stability is not Stability.STABLE:
                 break
             continue
         if isinstance(moment, PushAction | ShakeAction | HandAction):
@@ -164,7 +170,7 @@ def finished_structure_of(timeline: Timeline) -> FinishedStructure:
     final = timeline.as_set_down()
     removed = {name for action in final.actions if isinstance(action, Removal) for name in action.bricks}
     staying = [placement for placement in final.placements if placement.brick.id not in removed]
-    assembly = timeline.world.assembly()
+    assembly = timeline.final_world.assembly()
     resting = [Placed(each.brick, each.pose) for each in staying if each.at_rest]
     if resting:
         assembly.add_all(resting)
@@ -185,7 +191,7 @@ def piling_of(timeline: Timeline) -> Piling:
             stages += [stage] if stage else []
             present.update(placed.brick.id for placed in stage)
     stages += [[]] if len(stages) in pulled else []
-    world = timeline.world
+    world = timeline.final_world
     removed = {turn: names for turn, names in pulled.items() if names}
     return Piling(world.planes, world.friction, world.gravity, stages, removed, world.tolerances, world.joints)
 

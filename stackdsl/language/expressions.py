@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias, cast
 
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language.quantities import (
+    ALSO_VARIABLES,
     NUMBER,
     QUANTITY,
     REMEMBERED,
@@ -338,7 +339,7 @@ def value_of(
         return constant(written, hint)
     if word in known:
         raise _mistake(f"'{word}' is the name of a variable, not a value", f"write ${{{word}}}")
-    if word in UNITS or word in FUNCTIONS or word == "pi":
+    if word in UNITS.keys() - ALSO_VARIABLES or word in FUNCTIONS or word == "pi":
         raise _mistake(
             f"'{word}' is a reserved word of expressions", "write a quantity, for example 1 mm, or another word"
         )

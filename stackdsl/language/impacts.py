@@ -1,4 +1,4 @@
-"""Impacts in YAML: drop, throw, push, remove, insert, hold, move."""
+"""Impacts in YAML: drop, throw, push, remove, insert, hold, move, glue, cut."""
 
 import re
 from collections.abc import Callable, Iterable
@@ -12,9 +12,10 @@ from stability.model import BodyId
 from stackdsl.language import value_types as t
 from stackdsl.language.bricks import BrickKind, SetBrick
 from stackdsl.language.hands import Places, SomeWay
+from stackdsl.language.joints import JoinedBodies, JointKind
 from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Kinds, Timed, default
 from stackdsl.language.quantities import InputError, shown
-from stackdsl.language.value_types import NameReference, NamesBody, PositiveDuration, named_in
+from stackdsl.language.value_types import NameReference, NamesBody, named_in
 
 # Base class and registry of impacts.
 #
@@ -68,7 +69,9 @@ class KindOfImpact:
     summary: str
 
 
-IMPACTS: Final = Kinds[KindOfImpact]("impact", "remove", "insert", "throw", "push", "drop", "move", "hold")
+IMPACTS: Final = Kinds[KindOfImpact](
+    "impact", "remove", "insert", "throw", "push", "drop", "move", "hold", "glue", "cut"
+)
 
 Model = TypeVar("Model", bound=ImpactKind)
 
@@ -270,13 +273,26 @@ class Hold(ImpactKind):
         return (self.brick,)
 
 
+@impact("glue", "join bricks")
+class Glue(JointKind, ImpactKind):
+    """Joints between bodies that are in place."""
+
+
+@impact("cut", "remove joints")
+class Cut(ExactlyOneKey, JoinedBodies, ImpactKind):
+    """Joints that are cut; the contacts remain."""
+
+    one_of: ClassVar[tuple[str, ...]] = ("of", "between")
+    examples: ClassVar = {"of": "[L1.1, L2.1]"}
+
+
 # One impact of a scenario.
 
 
 class Impact(Timed):
     """An action on the structure, during or after its construction."""
 
-    every: PositiveDuration | None = Field(None, description="time between repetitions; default: all at the same time")
+    every: t.LongInterval | None = Field(None, description="time between repetitions; default: all at the same time")
 
     @property
     def content(self) -> ImpactKind:

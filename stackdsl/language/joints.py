@@ -1,5 +1,6 @@
 """Joints between bricks: mortar and glue, magnets and tape, studs."""
 
+import re
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Final, Literal, Self
 
@@ -8,12 +9,34 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 from stackdsl.language import value_types as t
 from stackdsl.language.lego import PITCH
 from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Shorthand
-from stackdsl.language.quantities import InputError
+from stackdsl.language.quantities import LONG_DURATION, InputError, parse_quantity, quantity_pattern
 
 MAX_RULES: Final = 1000
 MAX_NAMES: Final = 1000  # of one rule
 
 Named = Annotated[str, t.JOINED_NAME]
+
+
+_SETTING: Final = re.compile(r"(.*?)\s+after\s+placing")
+
+
+def _read_setting(written: object) -> float:
+    """Read the time until mortar has set, such as `2 d after placing` [s]."""
+    match = _SETTING.fullmatch(written.strip()) if isinstance(written, str) else None
+    return parse_quantity(match[1] if match else written, LONG_DURATION)
+
+
+SettingTime = Annotated[
+    float,
+    t.Reads(
+        _read_setting,
+        t.text_schema(
+            rf"{quantity_pattern(LONG_DURATION)}(?:\s+after\s+placing)?",
+            "a duration after placing",
+            "2 d after placing",
+        ),
+    ),
+]
 
 
 class MortarOrGlue(AuthorModel):
@@ -24,6 +47,9 @@ class MortarOrGlue(AuthorModel):
         description="greatest shear without pressure, per area; pressure adds friction to it, and tension reduces it"
     )
     shear: t.Strength | None = Field(None, description="greatest shear at any pressure, per area; default: none")
+    from_: SettingTime | None = Field(
+        None, alias="from", description="time after placing from which the joint holds, such as `2 d after placing`"
+    )
 
     @model_validator(mode="after")
     def _shear_is_more(self) -> Self:
@@ -31,6 +57,16 @@ class MortarOrGlue(AuthorModel):
             message = "`shear` is less than `cohesion`, so the joint never has its cohesion"
             raise InputError("SD104", message, "write a `shear` of at least `cohesion`, or remove it")
         return self
+
+
+class Mortar(Shorthand):
+    """Mortar between the bricks of a layout."""
+
+    thickness: t.PositiveLength = Field(description="thickness of each joint, from brick to brick")
+    bond: MortarOrGlue | None = Field(None, description="strength of the mortar; default: that of an item of `joints`")
+    density: t.Density | None = Field(None, description="density of the mortar; default: that of the brick")
+
+    scalar_key: ClassVar[str] = "thickness"
 
 
 class StudGrid(Shorthand):
@@ -55,8 +91,8 @@ class StudGrid(Shorthand):
 LEGO_STUDS: Final = StudGrid.model_construct(pitch=float(PITCH), pull=1.7, narrow_pull=2.8, shear=100.0)
 
 
-class JointOfBricks(ExactlyOneKey):
-    """Joints of one kind, between some bodies."""
+class JoinedBodies(AuthorModel):
+    """Bodies between which joints act."""
 
     of: (
         Annotated[
@@ -74,15 +110,6 @@ class JointOfBricks(ExactlyOneKey):
     between: tuple[Named, Named] | None = Field(
         None, description="two such names: each body of one is joined to each body of the other"
     )
-    bond: MortarOrGlue | None = Field(None, description="mortar or glue, by its strength per area")
-    pull: t.Force | None = Field(
-        None, description="magnets, tape or Velcro: the force that pulls each corner of the contact"
-    )
-    studs: StudGrid | None = Field(None, description="studs of toy bricks, by their grid and the strength of each")
-    dry: Literal[True] | None = Field(None, description="`true`: no joint, whatever later items say")
-
-    one_of: ClassVar[tuple[str, ...]] = ("bond", "pull", "studs", "dry")
-    examples: ClassVar = {"bond": "{tension: 0.2 MPa, cohesion: 0.3 MPa}", "pull": "2 N"}
 
     @model_validator(mode="after")
     def _of_or_between(self) -> Self:
@@ -90,6 +117,27 @@ class JointOfBricks(ExactlyOneKey):
             message = "`of` and `between` exclude each other"
             raise InputError("SD108", message, "remove one of them, or begin another item")
         return self
+
+
+class JointKind(ExactlyOneKey, JoinedBodies):
+    """Joints of one kind, between some bodies."""
+
+    bond: MortarOrGlue | None = Field(None, description="mortar or glue, by its strength per area")
+    pull: t.Force | None = Field(
+        None, description="magnets, tape or Velcro: the force that pulls each corner of the contact"
+    )
+    studs: StudGrid | None = Field(None, description="studs of toy bricks, by their grid and the strength of each")
+
+    one_of: ClassVar[tuple[str, ...]] = ("bond", "pull", "studs")
+    examples: ClassVar = {"bond": "{tension: 0.2 MPa, cohesion: 0.3 MPa}", "pull": "2 N"}
+
+
+class JointOfBricks(JointKind):
+    """Joints of one kind, or none, between some bodies."""
+
+    dry: Literal[True] | None = Field(None, description="`true`: no joint, whatever later items say")
+
+    one_of: ClassVar[tuple[str, ...]] = ("bond", "pull", "studs", "dry")
 
 
 Joints = Annotated[tuple[JointOfBricks, ...], Field(max_length=MAX_RULES)]

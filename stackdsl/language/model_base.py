@@ -19,8 +19,8 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from stackdsl.diagnostics import meant_choice
-from stackdsl.language.quantities import DURATION, InputError, parse_quantity, quantity_pattern, shown
-from stackdsl.language.value_types import NAME, REPEAT, Duration, JsonSchema, Reads, text_schema
+from stackdsl.language.quantities import LONG_DURATION, InputError, parse_quantity, quantity_pattern, shown
+from stackdsl.language.value_types import NAME, REPEAT, JsonSchema, Reads, TimeOfStep, text_schema
 
 # Kinds of mappings in YAML, the base classes of the models of the language.
 
@@ -242,7 +242,7 @@ def parse_anchor(written: object) -> Anchor:
     match = re.fullmatch(rf"({_EVENT})(?:\s*\+\s*(.+))?", written.strip()) if isinstance(written, str) else None
     if match is None:
         raise InputError("SD110", f"{shown(written)} is not an event", _remedy(written))
-    offset = parse_quantity(match[2], DURATION) if match[2] else 0.0
+    offset = parse_quantity(match[2], LONG_DURATION) if match[2] else 0.0
     event, *name = match[1].split()
     return Anchor(event, "".join(name), offset)
 
@@ -258,7 +258,7 @@ def _remedy(written: object) -> str:
     return f"did you mean '{' '.join([meant, *rest])}'? Otherwise {hint}" if meant not in ("", word) else hint
 
 
-_ANCHOR = rf"(?:{_EVENT})(?:\s*\+\s*{quantity_pattern(DURATION)})?"
+_ANCHOR = rf"(?:{_EVENT})(?:\s*\+\s*{quantity_pattern(LONG_DURATION)})?"
 AnchorText = Annotated[
     Anchor, Reads(parse_anchor, text_schema(_ANCHOR, "an event, optionally with a delay", "built + 2 s"))
 ]
@@ -268,7 +268,7 @@ class Timed(ExactlyOneKey):
     """A step that begins at a time, after an event, or by default after the previous step."""
 
     repeat: REPEAT = Field(None, description="variables and their values; the item is repeated for each combination")
-    at: Duration | None = Field(None, description="time at which the step begins; default: after the previous step")
+    at: TimeOfStep | None = Field(None, description="time at which the step begins; default: after the previous step")
     after: AnchorText | None = Field(None, description="event after which the step begins")
 
     @model_validator(mode="after")

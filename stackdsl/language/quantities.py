@@ -123,13 +123,15 @@ REMEMBERED: Final = 10_000  # parsed texts in a cache: long scenarios repeat the
 # All definitions that pint gets: no prefixes, no long names.
 UNITS: Final[Mapping[str, str]] = {
     **{"m": "[length]", "mm": "0.001 * m", "cm": "0.01 * m", "km": "1000 * m", "um": "0.000001 * m"},
-    **{"s": "[time]", "ms": "0.001 * s", "min": "60 * s", "Hz": "1 / s"},
+    **{"s": "[time]", "ms": "0.001 * s", "min": "60 * s", "h": "3600 * s", "d": "86400 * s", "Hz": "1 / s"},
     **{"kg": "[mass]", "g": "0.001 * kg"},
     # An angle has its own dimension here, so that `sin(0.5)` and `tilt: 50 %` are reported as mistakes.
     **{"rad": "[angle]", "deg": "3.14159265358979323846264338327950288 / 180 * rad"},
     **{"N": "kg * m / s**2", "mN": "0.001 * N", "J": "N * m", "g0": "9.80665 * m / s**2", "percent": "0.01"},
     **{"kN": "1000 * N", "Pa": "N / m**2", "kPa": "1000 * Pa", "MPa": "1000000 * Pa"},
 }
+# Units that may also be names of variables; in expressions a unit follows a number.
+ALSO_VARIABLES: Final = frozenset({"h", "d"})
 # The factor from each unit to SI. A test compares it with pint, whose import takes longer than most checks.
 _IN_SI: Final[Mapping[str, Fraction]] = {
     **{
@@ -139,7 +141,8 @@ _IN_SI: Final[Mapping[str, Fraction]] = {
         "km": Fraction(1000),
         "um": Fraction(1, 10**6),
     },
-    **{"s": Fraction(1), "ms": Fraction(1, 1000), "min": Fraction(60), "Hz": Fraction(1)},
+    **{"s": Fraction(1), "ms": Fraction(1, 1000), "min": Fraction(60), "h": Fraction(3600), "d": Fraction(86400)},
+    "Hz": Fraction(1),
     **{"kg": Fraction(1), "g": Fraction(1, 1000)},
     **{"rad": Fraction(1), "deg": Fraction("3.14159265358979323846264338327950288") / 180},
     **{"Pa": Fraction(1), "kPa": Fraction(1000), "MPa": Fraction(10**6), "kN": Fraction(1000)},
@@ -190,11 +193,12 @@ def _degrees(angle: int) -> float:
     return nextafter(radians(angle), inf)
 
 
-# More than 10 km, a day or a hundred turns is a typo, and would take a day to simulate.
+# More than 10 km, a day of motion or a hundred turns is a typo, and would take a day to simulate.
 LENGTH: Final = Dimension("a length", ("mm", "cm", "m", "km", "um"), "13.5 mm", -1e4, 1e4)
 EXTENT: Final = replace(LENGTH, least=0.0)
 SIDE: Final = replace(LENGTH, least=SHORTEST, positive=True)  # statics treats shorter sides as zero
-DURATION: Final = Dimension("a duration", ("ms", "s", "min"), "1.5 s", 0.0, 86_400.0)
+DURATION: Final = Dimension("a duration", ("ms", "s", "min", "h", "d"), "1.5 s", 0.0, 86_400.0)
+LONG_DURATION: Final = replace(DURATION, most=3650 * 86_400.0)  # between actions on a structure that is judged at rest
 FREQUENCY: Final = Dimension("a frequency", ("Hz",), "5 Hz", 0.0, 1e6)
 ANGLE: Final = Dimension("an angle", ("deg", "rad"), "30 deg", -_degrees(36_000), _degrees(36_000))
 SLOPE: Final = replace(ANGLE, least=0.0, most=_degrees(90))
@@ -318,7 +322,8 @@ FOREIGN: Final[Mapping[str, tuple[float, str]]] = {
     **dict.fromkeys(("in", "inch", "inches"), (25.4, "mm")),
     **dict.fromkeys(("ft", "feet"), (0.3048, "m")),
     **dict.fromkeys(("sec", "secs", "second", "seconds"), (1, "s")),
-    **dict.fromkeys(("h", "hour", "hours"), (60, "min")),
+    **dict.fromkeys(("hour", "hours"), (1, "h")),
+    **dict.fromkeys(("day", "days"), (1, "d")),
     **dict.fromkeys(("degree", "degrees"), (1, "deg")),
     **dict.fromkeys(("g/cc", "g/ccm"), (1, "g/cm3")),
     "t": (1000, "kg"),

@@ -17,7 +17,7 @@ from stackdsl.language.expressions import (
     value_of,
     values_of,
 )
-from stackdsl.language.quantities import UNITS, InputError, shown
+from stackdsl.language.quantities import ALSO_VARIABLES, UNITS, InputError, shown
 from stackdsl.language.yaml.source import KeyPath, PlaceBuilder, Plain, Source
 
 if TYPE_CHECKING:
@@ -253,7 +253,7 @@ def check_name(name: str, used_names: Iterable[str] = (), where: str = "") -> No
             f"'{name}' is not a valid name of a variable",
             "begin with a letter, then use letters, digits and _",
         )
-    if name in UNITS or name in FUNCTIONS or name == "pi":
+    if name in UNITS.keys() - ALSO_VARIABLES or name in FUNCTIONS or name == "pi":
         raise InvalidNameError(
             "SD109",
             f"'{name}' {_meaning(name)} in expressions, and cannot be the name of a variable",

@@ -262,7 +262,7 @@ class BuildStep(Timed):
     imported: Import | None = Field(None, alias="import", description="boxes from a file of another program")
     name: t.BrickName | None = Field(None, description="prefix of the names of the bricks of this step")
     brick: BrickKind | None = Field(None, description="kind of brick of this step; default: that of the scenario")
-    every: t.PositiveDuration | None = Field(None, description="time between bricks; default: all at the same time")
+    every: t.LongInterval | None = Field(None, description="time between bricks; default: all at the same time")
     until: Literal["collapse"] | None = Field(
         None, description="`collapse` continues the step until the structure falls"
     )

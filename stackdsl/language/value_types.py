@@ -24,6 +24,7 @@ from stackdsl.language.quantities import (
     LENGTH,
     LEVEL,
     LOAD_FACTOR,
+    LONG_DURATION,
     MASS,
     PARTS_OF_G,
     SHARE,
@@ -167,6 +168,8 @@ PositiveLength = Annotated[float, quantity(replace(EXTENT, positive=True))]  # [
 Side = Annotated[float, quantity(SIDE)]  # [m] of a brick
 Duration = Annotated[float, quantity(DURATION)]  # [s]
 PositiveDuration = Annotated[float, quantity(replace(DURATION, positive=True))]  # [s]
+TimeOfStep = Annotated[float, quantity(LONG_DURATION)]  # [s]
+LongInterval = Annotated[float, quantity(replace(LONG_DURATION, positive=True))]  # [s]
 Angle = Annotated[float, quantity(ANGLE)]  # [rad]
 Slope = Annotated[float, quantity(SLOPE)]  # [rad], level to upright
 Density = Annotated[float, quantity(DENSITY)]  # [kg/m3]

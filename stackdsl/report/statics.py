@@ -43,6 +43,8 @@ from stackdsl.simulation.worlds import settings_for
 from stackdsl.timeline import (
     Arrival,
     HoldAction,
+    JointChange,
+    JointsAction,
     MoveAction,
     Placement,
     PushAction,
@@ -55,6 +57,7 @@ from stackdsl.trace import VerdictMargins
 from stackdsl.wording import (
     aided_text,
     apart_text,
+    clock,
     in_short,
     joints_text,
     limit_text,
@@ -473,25 +476,30 @@ def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
     for action in timeline.actions:
         match action:
             case Removal():
-                yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  pulled out"
+                yield f"  {clock(action.time)[1:]}  {', '.join(action.bricks):<{width}}  pulled out"
+            case JointsAction():
+                yield f"  {clock(action.time)[1:]}  {names_text(action.bricks):<{width}}  {JOINING[action.change]}"
             case PushAction():
                 impulse = " ".join(f"{1000.0 * part:.4g}" for part in action.impulse_W)
-                yield f"  {action.time:8.3f} s  {action.brick:<{width}}  pushed by ({impulse}) mN*s"
+                yield f"  {clock(action.time)[1:]}  {action.brick:<{width}}  pushed by ({impulse}) mN*s"
             case ShakeAction():
-                yield f"  {action.time:8.3f} s  {GROUND:<{width}}  shaken {shaking_text(action.motion)}"
+                yield f"  {clock(action.time)[1:]}  {GROUND:<{width}}  shaken {shaking_text(action.motion)}"
             case MoveAction(lowers=False):
-                yield f"  {action.time:8.3f} s  {action.brick:<{width}}  {moving_text(action.course)} by hand"
+                yield f"  {clock(action.time)[1:]}  {action.brick:<{width}}  {moving_text(action.course)} by hand"
             case HoldAction():
-                yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  held"
+                yield f"  {clock(action.time)[1:]}  {', '.join(action.bricks):<{width}}  held"
             case ReleaseAction():
-                yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  let go"
+                yield f"  {clock(action.time)[1:]}  {', '.join(action.bricks):<{width}}  let go"
             case Placement():
                 placement, fit = next(found)
                 yield (
-                    f"  {placement.time:8.3f} s  {placement.brick.id:<{width}}  "
+                    f"  {clock(placement.time)[1:]}  {placement.brick.id:<{width}}  "
                     f"at {_mm(placement.pose.position_W)} mm  along {_direction(placement)}  "
                     f"{_footing(placement, fit, bricks, planes)}{told.get(placement.brick.id, '')}"
                 )
+
+
+JOINING = {JointChange.JOINED: "joined", JointChange.SET: "joints have set", JointChange.CUT: "joints cut"}
 
 
 def _footing(placement: Placement, fit: Fit, bricks: Sequence[Brick], planes: Sequence[BodyId]) -> str:

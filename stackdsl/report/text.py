@@ -24,7 +24,7 @@ from stackdsl.results import (
     VariantResult,
 )
 from stackdsl.trace import UNRELIABLE, BrickState, Event, EventKind, Trace
-from stackdsl.wording import energy_fault, how_many, level_text, shortened, significant, touching_text
+from stackdsl.wording import clock, energy_fault, how_many, level_text, shortened, significant, touching_text
 
 # One expectation as one line: the expected and the measured value, and the margin to the threshold.
 #
@@ -181,7 +181,7 @@ class EventLines:
         link = ", proven to stand: " if event.kind is EventKind.FROZEN else ": "
         named = f"also {named}" if also else named
         told = reason if begins else f"{named}{link}{reason}" if reason else named
-        return f"{event.time:9.3f} s  {word:<9}  {told}{more}"
+        return f"{clock(event.time)}  {word:<9}  {told}{more}"
 
 
 def _is_proof_of(event: Event, placed: Event) -> bool:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from stability.model import BodyId
 from stackdsl.timeline import (
     HoldAction,
+    JointsAction,
     Moment,
     MoveAction,
     PushAction,
@@ -26,6 +27,8 @@ def after_collapse(moment: Moment, present: Container[BodyId]) -> Moment | None:
             return moment if moment.brick in present else None
         case ShakeAction():
             return moment
+        case JointsAction():
+            return None
         case _:
             return tuple(placement for placement in moment if placement.hits) or None
 

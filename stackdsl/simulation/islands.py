@@ -30,6 +30,7 @@ from stackdsl.timeline import (
     FixedWorld,
     HandAction,
     HoldAction,
+    JointsAction,
     Moment,
     MoveAction,
     Placement,
@@ -181,7 +182,7 @@ def set_max_speed(world: World, states: Mapping[BodyId, BodyState], gravity: flo
 def affected_bricks(moment: Moment, present: Mapping[BodyId, TrackedBrick]) -> list[Placed]:
     """Return the bricks that are placed, pushed, shaken, removed or handled at a moment."""
     match moment:
-        case Removal() | HoldAction() | ReleaseAction():
+        case Removal() | JointsAction() | HoldAction() | ReleaseAction():
             names = moment.bricks
         case PushAction() | MoveAction():
             names = (moment.brick,)

@@ -28,6 +28,7 @@ from stackdsl.timeline import (
     Action,
     Arrival,
     HoldAction,
+    JointsAction,
     Moment,
     MoveAction,
     Placement,
@@ -236,6 +237,8 @@ class _Run:
         match moment:
             case Removal():
                 self._remove(moment, pieces)
+            case JointsAction():
+                self._rejoin(moment, pieces)
             case PushAction():
                 self._push(moment, pieces)
             case ShakeAction():
@@ -310,6 +313,11 @@ class _Run:
         for island, piece in pieces:
             if isinstance(piece, Removal):
                 island.stabilizer.taken_out(piece.bricks)
+
+    def _rejoin(self, change: JointsAction, pieces: Pieces) -> None:
+        self.log.add(Event(change.time, EventKind(change.change.value), change.bricks))
+        for island in self.islands:
+            island.stabilizer.rejoined(change.joints)
 
     def _push(self, push: PushAction, pieces: Pieces) -> None:
         self.watch.struck()
@@ -445,7 +453,7 @@ class _Run:
             collapse=collapse,
             cost=Cost(0.0, now, self.islands.steps, self.islands.judgements, self.log.proofs(), self.one_by_one),
             edges_when_placed=self.log.edges_when_placed,
-            world=self.timeline.world,
+            world=self.timeline.final_world,
             last_arrival=self.ending.last_arrival,
             statics=extension.verdict() if extension is not None else None,
             energy=self.measures.energy.energy(),

@@ -10,6 +10,7 @@ from typing import Final, ParamSpec
 from stability.dynamics.ground_motion import GroundMotion
 from stability.engines.protocol import World
 from stability.geometry.vectors import dot
+from stability.joints import Joints
 from stability.model import BodyId, BodyState, Vec3
 from stability.problem import Stability, Verdict
 from stability.stabilizers.known_motion import FallingParts
@@ -189,6 +190,11 @@ class StabilizerDriver:
         """Report the removal of bricks to the extension."""
         if self.extension is not None:
             self._apply(self.clock.timed(self.extension.taken_out, bricks))
+
+    def rejoined(self, joints: Joints) -> None:
+        """Report other joints to an extension that judges them."""
+        if self.extension is not None:
+            self._apply(self.clock.timed(self.extension.rejoined, joints))
 
     def struck(self, brick: BodyId, impulse_W: Vec3) -> bool:
         """Announce an impulse on a brick [N s]; return whether the brick is free to move."""

@@ -320,6 +320,9 @@ PHRASES: Final = (  # by importance
     EventKind.WOKEN,
     EventKind.COLLAPSED,
     EventKind.REMOVED,
+    EventKind.CUT,
+    EventKind.JOINED,
+    EventKind.SET,
     EventKind.PUSHED,
     EventKind.SHAKEN,
     EventKind.TAKEN,
@@ -330,6 +333,9 @@ MOST_PHRASES = 2  # below one panel
 AT_ONCE = 1e-9  # [s]
 DONE: Final = {  # to bricks
     EventKind.REMOVED: "pulled out",
+    EventKind.CUT: "cut apart",
+    EventKind.JOINED: "joined",
+    EventKind.SET: "held by joints that have set",
     EventKind.PUSHED: "pushed",
     EventKind.TAKEN: "taken by a hand",
     EventKind.LET_GO: "released by a hand",

@@ -19,7 +19,16 @@ from stackdsl.results import VariantResult
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.recording import Recording
 from stackdsl.simulation.systems import as_played
-from stackdsl.timeline import HandAction, Placement, PushAction, Removal, ShakeAction, Timeline, leaves_to_engine
+from stackdsl.timeline import (
+    HandAction,
+    JointsAction,
+    Placement,
+    PushAction,
+    Removal,
+    ShakeAction,
+    Timeline,
+    leaves_to_engine,
+)
 from stackdsl.trace import ACTIONS, UNRELIABLE, EventKind, Trace
 from stackdsl.wording import energy_fault
 
@@ -115,7 +124,13 @@ class _Structure:
                 break
             if self.every and self.assembly.bricks and time > self.begin:
                 self.shown.append(self.show())
-            verdict, undo = self._taken_out(moment) if isinstance(moment, Removal) else self._set_down(moment)
+            match moment:
+                case Removal():
+                    verdict, undo = self._taken_out(moment)
+                case JointsAction():
+                    verdict, undo = self._rejoined(moment)
+                case _:
+                    verdict, undo = self._set_down(moment)
             if verdict.stability is not Stability.STABLE:
                 verdict = as_it_begins(self.assembly, verdict)
                 undo()
@@ -138,6 +153,11 @@ class _Structure:
         removed = [self.assembly.bricks[name] for name in removal.bricks]
         verdict = self.assembly.remove(removal.bricks, names_smallest=self.names_smallest)
         return verdict, lambda: self.assembly.add_all(removed)
+
+    def _rejoined(self, change: JointsAction) -> tuple[Verdict, Callable[[], object]]:
+        before = self.assembly
+        self.assembly = before.with_joints(change.joints)
+        return self.assembly.verdict(), lambda: setattr(self, "assembly", before)
 
 
 def _at_the_end(trace: Trace) -> ShownProof | None:

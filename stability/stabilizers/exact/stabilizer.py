@@ -167,6 +167,14 @@ class ProvenStability(Stabilizer):
         woken = self._wake_released(judgement.released)
         return Update((), woken, judgement.lowest, judgement.first.reason if woken else "")
 
+    def rejoined(self, joints: Joints) -> Update:
+        """Handle other joints of all bricks: bricks that cannot stand with them wake immediately."""
+        self.joints, self.assembly = joints, self.assembly.with_joints(joints)
+        judgement = release_until_stable(self.assembly, self.assembly.verdict())
+        self._verdict = judgement.first
+        woken = self._wake_released(judgement.released)
+        return Update((), woken, judgement.lowest, judgement.first.reason if woken else "")
+
     def update(self) -> Update:
         """Judge external changes, disturbances, bricks that have come to rest, and the motion of the ground."""
         if self._shaking.has_just_ended():

@@ -9,14 +9,15 @@ r"""The arch: stones with radial joints, between two springings.
                      ground or on abutments.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
-from math import atan2, cos, pi, sin
+from math import atan2, cos, dist, pi, sin
 from typing import Annotated, Final
 
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Outline, Specs, layout
+from stackdsl.language.layouts.registry import BrickSpec, MortaredParams, Outline, Specs, layout
 from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import MAX_STONES, PositiveLength
 from stackdsl.wording import mm
@@ -24,7 +25,7 @@ from stackdsl.wording import mm
 SEMICIRCLE: Final = 1e-9  # tolerance on the rise of a semicircle, as a share of half the span
 
 
-class ArchParams(LayoutParams):
+class ArchParams(MortaredParams):
     """An arch of stones."""
 
     span: PositiveLength = Field(description="clear span between the springings")
@@ -68,16 +69,26 @@ def arch(params: ArchParams, size: Vec3) -> Specs:
     if semicircle:  # make its lowest joints level despite rounding
         joints[0], joints[-1] = (tuple((x, height) for x, _ in joint) for joint in (joints[0], joints[-1]))
     stones: list[Outline] = [(a[0], a[1], b[1], b[0]) for a, b in pairwise(joints)]
+    admit_mortar(params.joint, joints)
+    mortar = params.joint * params.thickness * depth  # of one joint
     ends: list[Outline] = []
     if params.abutment is not None:
         ends = [_abutment(joints[0], -params.abutment), _abutment(joints[-1], params.abutment)]
-    specs = [BrickSpec(1, (0.0, 0.0, 0.0), outline=end, depth=depth) for end in ends]
+    specs = [BrickSpec(1, (0.0, 0.0, 0.0), outline=end, depth=depth, mortar=0.5 * mortar) for end in ends]
     level = len(specs[:1]) + 1
     specs += [
-        BrickSpec(level, (0.0, 0.0, 0.0), outline=stone, depth=depth, together=number > 0)
+        BrickSpec(level, (0.0, 0.0, 0.0), outline=stone, depth=depth, together=number > 0, mortar=mortar)
         for number, stone in enumerate(stones)
     ]
     return tuple(specs)
+
+
+def admit_mortar(joint: float, joints: Sequence[Sequence[tuple[float, float]]]) -> None:
+    """Raise InputError for joints of mortar [m] that leave nothing of a stone; its share of the arch includes them."""
+    narrowest = min(dist(a[0], b[0]) for a, b in pairwise(joints))
+    if joint >= narrowest:
+        message = f"joints of {mm(joint)} leave nothing of stones whose share of the arch is {mm(narrowest)} long"
+        raise InputError("SD104", message, "write thinner joints, or fewer `voussoirs`")
 
 
 def _admit(params: ArchParams, rise: float, semicircle: bool) -> None:

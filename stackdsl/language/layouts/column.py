@@ -3,12 +3,12 @@
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
+from stackdsl.language.layouts.registry import BrickSpec, MortaredParams, Specs, height, layout
 from stackdsl.language.model_base import default
 from stackdsl.language.value_types import Length, Levels
 
 
-class ColumnParams(LayoutParams):
+class ColumnParams(MortaredParams):
     """One plank on each level."""
 
     levels: Levels = Field(description="number of planks")

@@ -11,12 +11,12 @@ from pydantic import Field
 
 from stability.model import Vec3
 from stackdsl.language.layouts.harmonic import overhangs
-from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
+from stackdsl.language.layouts.registry import BrickSpec, MortaredParams, Specs, height, layout
 from stackdsl.language.model_base import default
 from stackdsl.language.value_types import Levels, PositiveLength, ShareOfLimit
 
 
-class CorbelParams(LayoutParams):
+class CorbelParams(MortaredParams):
     """Two stacks that lean towards each other."""
 
     levels: Levels = Field(description="number of planks on each side")

@@ -8,19 +8,20 @@ ________________________
 """
 
 from itertools import pairwise
-from math import tan
+from math import dist, tan
 from typing import Annotated
 
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Outline, Specs, layout
+from stackdsl.language.layouts.arch import admit_mortar
+from stackdsl.language.layouts.registry import BrickSpec, MortaredParams, Outline, Specs, layout
 from stackdsl.language.model_base import default
 from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import MAX_STONES, PositiveLength, Slope
 
 
-class FlatArchParams(LayoutParams):
+class FlatArchParams(MortaredParams):
     """Wedges between two abutments."""
 
     span: PositiveLength = Field(description="distance between the abutments at the lower side")
@@ -51,15 +52,21 @@ def flat_arch(params: FlatArchParams, size: Vec3) -> Specs:
     stones: list[Outline] = [
         ((a, low), (a * widening, high), (b * widening, high), (b, low)) for a, b in pairwise(below)
     ]
+    joints = [((x, low), (x * widening, high)) for x in below]
+    admit_mortar(params.joint, joints)
     depth, out = params.depth or size[1], half * widening
     far = out + params.abutment
     ends: list[Outline] = [
         ((side * half, 0.0), (side * half, low), (side * out, high), (side * far, high), (side * far, 0.0))
         for side in (-1.0, 1.0)
     ]
-    specs = [BrickSpec(1, (0.0, 0.0, 0.0), outline=end, depth=depth) for end in ends]
+    layers = [0.5 * params.joint * depth * dist(*joint) for joint in joints]  # half of the mortar of each joint
+    specs = [
+        BrickSpec(1, (0.0, 0.0, 0.0), outline=end, depth=depth, mortar=layer)
+        for end, layer in zip(ends, (layers[0], layers[-1]), strict=True)
+    ]
     specs += [
-        BrickSpec(2, (0.0, 0.0, 0.0), outline=stone, depth=depth, together=number > 0)
-        for number, stone in enumerate(stones)
+        BrickSpec(2, (0.0, 0.0, 0.0), outline=stone, depth=depth, together=number > 0, mortar=one + other)
+        for number, (stone, (one, other)) in enumerate(zip(stones, pairwise(layers), strict=True))
     ]
     return tuple(specs)

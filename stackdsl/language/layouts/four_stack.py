@@ -5,12 +5,12 @@ from math import pi
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
+from stackdsl.language.layouts.registry import BrickSpec, MortaredParams, Specs, height, layout
 from stackdsl.language.model_base import default
 from stackdsl.language.value_types import Length, Levels, PositiveLength
 
 
-class FourStackParams(LayoutParams):
+class FourStackParams(MortaredParams):
     """Two parallel planks on each level, turned by 90 deg from level to level."""
 
     levels: Levels = Field(description="number of levels of two planks")

@@ -6,7 +6,7 @@ from typing import Annotated
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
+from stackdsl.language.layouts.registry import BrickSpec, MortaredParams, Specs, height, layout
 from stackdsl.language.model_base import default
 from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import MAX_BRICKS, Levels, PositiveLength
@@ -15,7 +15,7 @@ from stackdsl.wording import mm
 ROUNDING = 1e-9  # share of a width: a third of 75 mm is 25 mm
 
 
-class JengaParams(LayoutParams):
+class JengaParams(MortaredParams):
     """Planks side by side, turned by 90 deg from level to level."""
 
     levels: Levels = Field(description="number of levels")

@@ -5,18 +5,14 @@ from typing import ClassVar
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
-from stackdsl.language.model_base import default
-from stackdsl.language.quantities import InputError
-from stackdsl.language.value_types import Levels, NonNegativeLength
-from stackdsl.wording import mm
+from stackdsl.language.layouts.registry import BrickSpec, RowParams, Specs, height, layout
+from stackdsl.language.value_types import Levels
 
 
-class PyramidParams(LayoutParams):
+class PyramidParams(RowParams):
     """Rows of planks, each one plank shorter than the row below."""
 
     levels: Levels = Field(description="number of rows, and of planks in the lowest row")
-    gap: NonNegativeLength = default("0.2 mm", "gap between the ends of neighbours")
 
     count: ClassVar[str] = "levels"
 
@@ -33,10 +29,7 @@ def pyramid(params: PyramidParams, size: Vec3) -> Specs:
     indeterminate: symmetry alone does not determine how their contacts share the load.
     """
     length, _, thickness = size
-    if params.gap >= length:
-        hint = "write a shorter gap, such as 0.2 mm"
-        raise InputError("SD104", f"the gap must be shorter than a plank of {mm(length, 6)}", hint)
-    pitch = length + params.gap
+    pitch = length + params.gap_of(length)
     specs = []
     for level in range(1, params.levels + 1):
         count = params.levels + 1 - level

@@ -8,16 +8,19 @@ from abc import abstractmethod
 from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
-from math import cos, sin
-from typing import Annotated, ClassVar, Final, TypeAlias, TypeVar, cast
+from math import cos, prod, sin
+from typing import Annotated, ClassVar, Final, Self, TypeAlias, TypeVar, cast
 
 from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
+from stability.geometry.vectors import add, subtract
 from stability.model import Vec3
+from stackdsl.language.joints import Mortar
 from stackdsl.language.model_base import AuthorModel, Kinds, default
 from stackdsl.language.quantities import InputError
-from stackdsl.language.value_types import MAX_BRICKS, Angle, JsonSchema, Length, PlaceName
+from stackdsl.language.value_types import MAX_BRICKS, Angle, JsonSchema, Length, NonNegativeLength, PlaceName
+from stackdsl.wording import mm
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +38,7 @@ class BrickSpec:
     # position, x to the right and z up [m], and its depth from front to back, centred on its position [m].
     outline: "Outline | None" = None
     depth: float = 0.0
+    mortar: float = 0.0  # volume of the mortar in it [m3]
     passed: int = 0  # omitted bricks just before it in its level, which count in its name
 
 
@@ -76,6 +80,54 @@ class LayoutParams(AuthorModel):
             message = f"the layout has {self.bricks_at_most} bricks; the maximum is {MAX_BRICKS}"
             raise InputError("SD206", message, "split the layout into several steps, or reduce its size")
         return self
+
+
+class MortaredParams(LayoutParams):
+    """Parameters of layouts whose bricks may be laid in mortar.
+
+    Each brick includes half of the mortar around it, so that bricks touch in the middle of a joint, as is usual for
+    masonry of rigid blocks ("expanded blocks").
+    """
+
+    mortar: Mortar | None = Field(
+        None, description="mortar between the bricks: the thickness of its joints, or {thickness, bond, density}"
+    )
+
+    between_ends: ClassVar[bool] = False  # whether mortar also fills the joints between the ends of boxes
+
+    @property
+    def joint(self) -> float:
+        """Return the thickness of the joints [m]; 0 without mortar."""
+        return 0.0 if self.mortar is None else self.mortar.thickness
+
+    @property
+    def mortar_on_a_box(self) -> Vec3:
+        """Return by how much mortar makes a box longer, wider and thicker [m]."""
+        return (self.joint if self.between_ends else 0.0, 0.0, self.joint)
+
+
+class RowParams(MortaredParams):
+    """Parameters of layouts with rows of planks end to end."""
+
+    # Planks that touch end to end would press on each other, which a real wall does not intend.
+    gap: NonNegativeLength = default("0.2 mm", "gap between the ends of neighbours; none with mortar")
+
+    between_ends = True
+
+    @model_validator(mode="after")
+    def _mortar_fills_gaps(self) -> Self:
+        if self.mortar is not None and "gap" in self.model_fields_set:
+            message = "`gap` applies to dry joints, but mortar fills the joints between the ends"
+            raise InputError("SD108", message, "remove one of them")
+        return self
+
+    def gap_of(self, length: float) -> float:
+        """Return the gap between the ends of neighbours of a length [m]. Raises InputError."""
+        gap = self.gap if self.mortar is None else 0.0
+        if gap >= length:
+            hint = "write a shorter gap, such as 0.2 mm"
+            raise InputError("SD104", f"the gap must be shorter than a plank of {mm(length, 6)}", hint)
+        return gap
 
 
 Params = TypeVar("Params", bound=LayoutParams)
@@ -124,10 +176,27 @@ def layout(name: str, params: type[Params]) -> Callable[[LayoutFunction[Params]]
 
 def place(name: str, params: LayoutParams, size: Vec3) -> Specs:
     """Return the bricks of a layout in the frame of the scenario. Raises InputError."""
-    all_specs = LAYOUTS[name].function(params, size)
+    all_specs = _in_mortar(name, params, size) if isinstance(params, MortaredParams) and params.mortar else None
+    all_specs = all_specs or LAYOUTS[name].function(params, size)
     specs = without(all_specs, params.omit) if params.omit else all_specs
     stays = params.heading == 0.0 and params.origin == (0.0, 0.0, 0.0)  # as in most scenarios
     return tuple(specs) if stays else tuple(_transformed(spec, params) for spec in specs)
+
+
+def _in_mortar(name: str, params: MortaredParams, size: Vec3) -> Specs:
+    """Return the bricks of a layout, each with half of the mortar around it. Raises InputError."""
+    around = params.mortar_on_a_box
+    if any(layer >= side for layer, side in zip(around, size, strict=True)):
+        message = f"joints of {mm(params.joint)} are thicker than the bricks"
+        raise InputError("SD104", message, "write thinner joints, or larger bricks")
+    grown = add(size, around)
+
+    def with_mortar(spec: BrickSpec) -> BrickSpec:
+        own = spec.size or grown
+        return replace(spec, size=own, mortar=prod(own) - prod(subtract(own, around)))
+
+    specs = LAYOUTS[name].function(params, grown)
+    return tuple(with_mortar(spec) if spec.outline is None else spec for spec in specs)
 
 
 def without(specs: Specs, omitted: Collection[str]) -> Specs:

@@ -6,13 +6,13 @@ from typing import Annotated
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
+from stackdsl.language.layouts.registry import BrickSpec, MortaredParams, Specs, height, layout
 from stackdsl.language.model_base import default
 from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import MAX_BRICKS, Levels, ShareOfLimit
 
 
-class TowerParams(LayoutParams):
+class TowerParams(MortaredParams):
     """A round, hollow tower of rings of planks."""
 
     levels: Levels = Field(description="number of rings")

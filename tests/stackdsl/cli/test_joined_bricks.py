@@ -121,3 +121,67 @@ def test_other_systems_refuse_joints() -> None:
     for system in ("tuned", "thesis", "modified"):
         with pytest.raises(BlockedPlacementError, match=f"the system '{system}' plays no joints"):
             play_case(timeline, system)
+
+
+# A block of 0.2 kg that juts out of a wall on a prop, glued or in mortar, and the prop that goes.
+PROPPED = """\
+scenario: propped
+brick_types:
+  block: {size: [200 mm, 100 mm, 50 mm], mass: 0.2 kg}
+brick: block
+world:
+  walls: [{bearing: 180 deg, distance: 0 m}]
+joints:
+  - {between: [beam, wall1], bond: {tension: 0.1 MPa, cohesion: 2 MPa, from: 2 h after placing}}
+build:
+  - bricks:
+      - {on: ground, offset: [100.2 mm, 0 mm, 0 mm], name: prop}
+      - {at: [100 mm, 0 mm, 75 mm], name: beam}
+impacts:
+  - {after: built + 3 h, remove: {brick: prop}}
+expect:
+  - stands: all
+"""
+
+
+def test_mortar_holds_once_it_has_set_and_not_before(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, PROPPED, "propped.yaml")
+    told = stackdsl("run", "propped.yaml")
+    assert told.code == ExitCode.OK, told.text
+    assert "2:00:00  set        beam" in told.out
+    assert "3:00:00  removed    prop" in told.out
+    assert "2:00:00  beam  joints have set" in stackdsl("explain", "propped.yaml").out
+    early = PROPPED.replace("built + 3 h", "built + 90 min")
+    write(tmp_path, early.replace("stands: all", "collapses: {brick: beam}"), "propped.yaml")
+    told = stackdsl("check", "propped.yaml", "--no-golden")
+    assert told.code == ExitCode.OK, told.text
+    write(tmp_path, early, "propped.yaml")
+    told = stackdsl("check", "propped.yaml", "--no-golden")
+    assert told.code == ExitCode.FAILED
+    assert "prop pulled out at 5400 s" in told.text
+
+
+def test_glue_and_cuts_act_at_their_times_and_the_verdict_follows_each(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    bond = "between: [beam, wall1], bond: {tension: 0.1 MPa, cohesion: 2 MPa}"
+    glued = PROPPED.replace(f"joints:\n  - {{{bond[:-1]}, from: 2 h after placing}}}}\n", "")
+    glued = glued.replace("impacts:\n", f"impacts:\n  - glue: {{{bond}}}\n")
+    write(tmp_path, glued, "glued.yaml")
+    told = stackdsl("run", "glued.yaml")
+    assert told.code == ExitCode.OK, told.text
+    assert "0.000 s  joined     beam" in told.out
+    cut = glued.replace("expect:", "  - {after: impact 2 + 1 s, cut: {of: [beam, wall1]}}\nexpect:")
+    write(tmp_path, cut, "glued.yaml")
+    told = stackdsl("check", "glued.yaml", "--no-golden")
+    assert told.code == ExitCode.FAILED
+    assert "impact 3, cut at glued.yaml" in told.text
+    assert "the joints of beam cut at 3:00:01" in told.text
+    write(tmp_path, cut.replace("stands: all", "collapses: any"), "glued.yaml")
+    assert stackdsl("check", "glued.yaml", "--no-golden").code == ExitCode.OK
+    write(tmp_path, cut.replace("of: [beam, wall1]", "of: [prop, ground]"), "glued.yaml")
+    assert stackdsl("check", "glued.yaml", "--no-golden").code == ExitCode.OK  # another cut does no harm
+
+
+def test_dry_structures_are_not_watched_for_days(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, "scenario: dry\nbuild: [{column: {levels: 3}, every: 2 d}]\n", "dry.yaml")
+    told = stackdsl("run", "dry.yaml")
+    assert "the time of 2 days is too long" in told.err

@@ -287,7 +287,7 @@ def test_a_layout_of_the_registry_is_a_key_of_a_step() -> None:
     } == set(models().BuildStep.model_fields)
     keys = {"import" if key == "imported" else key for key in models().BuildStep.model_fields}
     assert set(keys_at(("build", 0))) == keys | {"include"}
-    assert set(keys_at(("build", 0, "wall"))) == {"levels", "bricks", "gap", "origin", "heading", "omit"}
+    assert set(keys_at(("build", 0, "wall"))) == {"levels", "bricks", "gap", "origin", "heading", "omit", "mortar"}
 
 
 def test_editors_show_a_description_of_every_key() -> None:
