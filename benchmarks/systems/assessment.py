@@ -19,6 +19,7 @@ from stackdsl.results import KINDS, Seen
 from stackdsl.simulation.after_collapse import time_of
 from stackdsl.timeline import (
     HoldAction,
+    JointsAction,
     MoveAction,
     Placement,
     PushAction,
@@ -108,7 +109,7 @@ def assessed(timeline: Timeline, assessor: Assessor) -> Assessment:
         match moment:
             case Removal():
                 there = {name: placed for name, placed in there.items() if name not in moment.bricks}
-            case PushAction() | ShakeAction() | MoveAction() | HoldAction() | ReleaseAction():
+            case JointsAction() | PushAction() | ShakeAction() | MoveAction() | HoldAction() | ReleaseAction():
                 raise ValueError(MOVES)
             case _:
                 there |= {placement.brick.id: _placed(placement) for placement in moment}
