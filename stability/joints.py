@@ -237,12 +237,19 @@ class JointRule:
 
 @dataclass(frozen=True, slots=True)
 class Joints:
-    """Joints of a structure. The first rule about a pair counts; a pair without a rule is dry."""
+    """Joints of a structure. The first rule about a pair counts; a pair without a rule is dry.
+
+    Joints are made when bricks are set down. A brick that has moved has only those joints that have held since.
+    """
 
     rules: tuple[JointRule, ...] = ()
+    moved: Collection[BodyId] = frozenset()  # bricks that have moved
+    held: Collection[frozenset[BodyId]] = frozenset()  # pairs of bodies whose joint has held while they moved
 
     def of(self, one: BodyId, other: BodyId) -> Joint | None:
         """Return the joint of two bodies; None for a dry contact."""
+        if (one in self.moved or other in self.moved) and frozenset((one, other)) not in self.held:
+            return None
         return next((rule.joint for rule in self.rules if rule.holds(one, other)), None)
 
     def dry_contact(self, contact: Contact, bodies: Mapping[BodyId, Placed]) -> Contact:

@@ -34,7 +34,7 @@ class FixedWorld:
 
     @property
     def has_joints(self) -> bool:
-        """Return whether bodies may be joined: then the structure is judged at rest, and no motion is played."""
+        """Return whether bodies may be joined, at any time."""
         return bool(self.joints.rules)
 
     @property

@@ -38,9 +38,6 @@ const ICONS: Record<string, string> = {
   shaken: "motion",
   taken: "pulled-out",
   "let go": "set-down",
-  joined: "joints",
-  set: "joints",
-  cut: "joints",
   hit: "motion",
 };
 export const TOGETHER: Record<string, string> = {
@@ -50,9 +47,6 @@ export const TOGETHER: Record<string, string> = {
   shaken: "shakes",
   taken: "taken",
   "let go": "let go",
-  joined: "joined",
-  set: "mortar sets",
-  cut: "joints cut",
   hit: "hits",
 };
 const SAME = 1e-6; // [s]

@@ -1,20 +1,22 @@
 """Initial motion of an unstable structure, by Gauss's principle of least constraint."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from math import sqrt
 
 import numpy as np
 
+from stability.contact_law import Coulomb
 from stability.geometry.placed_shape import principal_turn
 from stability.geometry.rows import Array
-from stability.geometry.vectors import rotate
+from stability.geometry.vectors import rotate, scale
 from stability.model import BodyId, Vec3
 from stability.problem import Motion, Placed, Problem, Stability, Tolerances, Verdict
 from stability.statics.assembly import Assembly
 from stability.statics.conic_program import ConicProgram, Solver, clarabel_solve, solve
-from stability.statics.equilibrium import proven_motion
+from stability.statics.equilibrium import balance, proven_motion
 from stability.statics.fall_description import described_from
+from stability.statics.opened_joints import Pair, opened_pairs
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
 # From rest, bricks start with the motion nearest to free fall among all motions that no contact resists, with distances
@@ -97,21 +99,37 @@ MOST = 300  # most bricks in one program, which takes a tenth of a second; of la
 def as_it_begins(assembly: Assembly, verdict: Verdict) -> Verdict:
     """Return the verdict with all moving bricks and their initial motion.
 
-    Unchanged if none is proven to fall, or for bricks with joints, whose initial motion is not computed.
+    Unchanged if none is proven to fall. Joints that yield in the first mechanism open; all others hold as if rigid.
     """
     if verdict.stability is not Stability.UNSTABLE or verdict.motion is None:
         return verdict
 
     problem = assembly.problem(_around(assembly, verdict.moving))
-    if problem.has_joints:
-        return verdict
-    motion = onset(problem, verdict.motion)
+    motion = _first_mechanism(problem, verdict.motion) if problem.has_joints else onset(problem, verdict.motion)
     if motion is None:
         return verdict
     moving = tuple(sorted(motion.velocity))
     same = moving == tuple(sorted(verdict.moving))
     reason = verdict.reason if same else described_from(problem, motion, verdict)
     return replace(verdict, motion=motion, moving=moving, reason=reason)
+
+
+def _first_mechanism(problem: Problem, motion: Motion) -> Motion:
+    """Return how bricks with joints begin to move; `motion` is any that proves their fall."""
+    first = balance(problem).motion or motion
+    return onset(with_rigid_joints(problem, opened_pairs(problem, first)), first) or first
+
+
+def with_rigid_joints(problem: Problem, opened: Collection[Pair]) -> Problem:
+    """Return the problem without the opened joints, and with all others rigid: they bear any force."""
+    contacts = []
+    for contact in problem.contacts:
+        if contact.law.is_cone:
+            contacts.append(contact)
+        elif frozenset((contact.lower, contact.upper)) not in opened:
+            both = (contact.normals_W[0], scale(-1.0, contact.normals_W[0]))
+            contacts.append(replace(contact, normals_W=both, law=Coulomb(1.0)))
+    return replace(problem, contacts=contacts)
 
 
 def _around(assembly: Assembly, bricks: tuple[BodyId, ...]) -> set[BodyId]:

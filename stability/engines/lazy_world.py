@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from math import dist, hypot
 from pkgutil import resolve_name
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from stability.contact_law import GivenFriction
 from stability.dynamics.rigid_body import AppliedForce
@@ -13,8 +13,10 @@ from stability.engines.protocol import (
     NOTHING_PRESCRIBED,
     EngineSettings,
     FrictionRecord,
+    MeanLoads,
     OpensWorlds,
     PrescribedMotion,
+    RecordsSteps,
     World,
     WrongFriction,
 )
@@ -51,6 +53,7 @@ class NearEngine:
     opening: EngineFactory
     frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
     clock: float = 0.0  # [s] while no engine is open
+    records: bool = False  # whether the engine records its steps
     world: World | None = field(default=None, init=False)
     _inside: dict[BodyId, None] = field(default_factory=dict, init=False)
     _outside: Neighbours[BodyId] | None = field(default=None, init=False)  # frozen bricks, after the first query
@@ -253,6 +256,8 @@ class NearEngine:
         for plane in self.stored.own.planes.values():
             world.add_plane(plane)
         world.skip(self.clock)
+        if self.records:
+            cast("RecordsSteps", world).record_steps()
         self.stored.enter(world, self._inside)
         for group in dict.fromkeys(self._groups.values()):
             world.weld(group)
@@ -416,6 +421,22 @@ class RestingWorld(World):
         for brick in bricks:
             self._stored.release(brick)
         world.weld(bricks)
+
+    def record_steps(self) -> None:
+        self.engine.records = True
+
+    def hit_duration(self) -> float:
+        return self.settings.time_step
+
+    def mean_loads(self) -> MeanLoads:
+        return self._recording().mean_loads()
+
+    def undo_step(self) -> None:
+        self._recording().undo_step()
+
+    def _recording(self) -> RecordsSteps:
+        """Return the open engine, which records its steps."""
+        return cast("RecordsSteps", self.engine.world)
 
     def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
         world = self.engine.ready()  # may reopen the engine, which restores the group of this brick

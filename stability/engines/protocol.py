@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from math import ceil
-from typing import ClassVar, Final, Protocol, Self, TypeVar
+from typing import ClassVar, Final, Protocol, Self, TypeAlias, TypeVar
 
 from stability.contact_law import GivenFriction
 from stability.dynamics.rigid_body import AppliedForce
@@ -39,6 +39,7 @@ class EngineSettings(ABC):
     package: ClassVar[Package]  # of the engine
     name: ClassVar[str] = ""  # of the engine in results; empty: that of the package
     world: ClassVar[str]  # `module:class` of its worlds; the class is an `OpensWorlds`
+    records_steps: ClassVar[bool] = False  # whether the worlds are `RecordsSteps`, which joined bricks need
 
     time_step: float  # [s]
     # [m] Largest travel of a body in one step, so that it cannot pass through a plank; faster bodies split the steps.
@@ -226,6 +227,26 @@ class WeldingEngine(Protocol):
         """Split the group of a brick into single bricks that keep their motions; return their names."""
 
 
+# Mean force [N] and torque about its centre [N m] on each brick that has any, in W, as six numbers.
+MeanLoads: TypeAlias = Mapping[BodyId, tuple[float, ...]]
+
+
+class RecordsSteps(Protocol):
+    """Engine that can take back a step, to repeat it after joints have opened that do not bear its loads."""
+
+    def record_steps(self) -> None:
+        """Record each step from now on."""
+
+    def hit_duration(self) -> float:
+        """Return the duration of a step [s], over which the loads are means."""
+
+    def mean_loads(self) -> MeanLoads:
+        """Return the mean contact loads on the bricks during the last step, frozen and welded ones included."""
+
+    def undo_step(self) -> None:
+        """Return to the state before the last step; nothing may have changed since."""
+
+
 class AcceptsForces(Protocol):
     """Engine that accepts loads from bodies outside it."""
 
@@ -265,7 +286,7 @@ class World(Engine, WeldingEngine, AcceptsForces, Protocol):
         """Set the pose and the velocities of a brick that is not frozen."""
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
-        """Apply an impulse [N s] at a point [m] to a brick that is not frozen."""
+        """Apply an impulse [N s] at a point [m] to a brick that is not frozen, or to its whole welded group."""
 
     def remove_brick(self, brick: BodyId) -> None:
         """Remove a brick and free its name; the rest of its welded group is unwelded."""

@@ -6,7 +6,7 @@ from math import inf
 from typing import TYPE_CHECKING, ClassVar, Protocol, Self
 
 from stability.dynamics.ground_motion import GroundMotion
-from stability.model import BodyId, Vec3
+from stability.model import AT_REST, BodyId, Vec3
 from stability.problem import Verdict
 
 if TYPE_CHECKING:
@@ -65,8 +65,11 @@ class Stabilizer(Protocol):
     def update(self) -> Update:
         """Judge the bricks after a step of the engine. Call this after each step."""
 
-    def struck(self, brick: BodyId, impulse_W: Vec3) -> Update:
-        """Handle an impulse [N s] that a brick is about to receive: bricks that it disturbs wake before."""
+    def struck(self, brick: BodyId, impulse_W: Vec3, offset_W: Vec3 = AT_REST) -> Update:
+        """Handle an impulse [N s] that a brick is about to receive, at an offset from its centre [m].
+
+        Bricks that it disturbs wake before.
+        """
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Wake these bricks and all that cannot stand without them; return the woken bricks."""
@@ -116,6 +119,18 @@ class Stabilizer(Protocol):
 
     def shaken(self, motion: GroundMotion) -> None:
         """Set the motion of the ground."""
+        return
+
+    def about_to_step(self) -> None:
+        """Prepare the next step of the engine."""
+        return
+
+    def opened(self) -> Update | None:
+        """Open the joints that did not bear the last step of the engine, and take it back; None if all did."""
+        return None
+
+    def moved_without_engine(self) -> None:
+        """Handle a motion without the engine, in which all bricks move one by one."""
         return
 
     def holds_until(self) -> float:

@@ -576,6 +576,11 @@ class Assembly(AssemblyAnswers):
 
     # --- changes ------------------------------------------------------------------------------------------------------
 
+    def hold_by(self, joints: Joints) -> None:
+        """Replace the joints, for the contacts of bricks that are set down from now on."""
+        admit_joints(joints)
+        self._structure.joints = joints
+
     def add(self, brick: Brick, pose: Pose) -> Verdict:
         """Set down one brick at rest and return the verdict on all bricks. Raises ValueError for an invalid brick."""
         return self._set_down((Placed(brick, pose),), names_smallest=True)

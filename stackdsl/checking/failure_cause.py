@@ -169,8 +169,6 @@ def _action_text(together: Sequence[Action], timeline: Timeline) -> str:
 
 
 def _first(trace: Trace) -> str:
-    if trace.collapse is not None and not trace.collapse.by:
-        return "the collapse is proven; the motion of bricks with joints is not played"
     if trace.collapse is not None:
         return f"{trace.collapse.brick} fell first: it had {trace.collapse.by} at {trace.collapse.time:.3f} s"
     worst = max(trace.tracks.values(), key=lambda track: track.shift, default=None)

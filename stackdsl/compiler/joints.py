@@ -1,4 +1,4 @@
-"""Joints of a scenario: their bodies by name, and refusals of all that is not judged for joined bricks."""
+"""Joints of a scenario: their bodies by name, and refusals of all that is not played for joined bricks."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,10 +22,10 @@ from stackdsl.language.yaml.source import KeyPath, Source
 from stackdsl.timeline import JointChange, JointsAction
 from stackdsl.wording import mm
 
-SYSTEM: Final = "exact"  # the only system that judges joints
-AT_REST: Final = "joints are judged at rest only"
-IMPACTS: Final = frozenset({"remove", "insert", "glue", "cut"})  # that statics judge
-CLAIMS: Final = frozenset({"stands", "collapses", "verdict", "margin", "rests_on"})  # that need no motion
+SYSTEM: Final = "exact"  # the only system that plays joints
+NOT_PLAYED: Final = "not everything is played with joints"
+# All others are those of hands.
+IMPACTS: Final = frozenset({"remove", "insert", "throw", "push", "drop", "glue", "cut"})
 MARGINS: Final = frozenset({"load_factor", "acceleration", "tilt"})
 
 
@@ -200,7 +200,7 @@ def are_joined(built: ResolvedScenario, scenario: Scenario) -> bool:
 
 
 def invalid_joints(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """Report unknown and ambiguous names of joints, and all that is not judged for joined bricks."""
+    """Report unknown and ambiguous names of joints, and all that is not played or computed for joined bricks."""
     studs = scenario.world.ground.studs
     if studs is not None and all(brick.written.kind.studs != studs for brick in built.bricks):
         span = source.key_span_of(("world", "ground", "studs"))
@@ -291,7 +291,7 @@ def _too_many_changes(built: ResolvedScenario, scenario: Scenario, source: Sourc
 
 
 def _refused(source: Source, path: KeyPath, what: str, key: str) -> Diagnostic:
-    return Diagnostic("SD211", source.key_span_of(path), f"{AT_REST}: {what}", f"remove {key}, or {_dry(source)}")
+    return Diagnostic("SD211", source.key_span_of(path), f"{NOT_PLAYED}: {what}", f"remove {key}, or {_dry(source)}")
 
 
 def _dry(source: Source) -> str:
@@ -300,11 +300,9 @@ def _dry(source: Source) -> str:
 
 
 def _unjudged(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """Report systems, actions and claims that joined bricks do not have."""
+    """Report systems, actions and margins that joined bricks do not have."""
     for system in (system for system in scenario.systems if system != SYSTEM):
         yield _refused(source, ("systems",), f"the system '{system}' plays no joints", "it")
-    if scenario.samples is not None:
-        yield _refused(source, ("samples",), "samples are not judged", "`samples`")
     if scenario.world.shake is not None:
         yield _refused(source, ("world", "shake"), "shaking is not played", "`shake`")
     yield from _unplayed_actions(scenario, source)
@@ -328,11 +326,7 @@ def _unjudged_claims(scenario: Scenario, source: Source) -> Iterator[Diagnostic]
     for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
             span = source.key_span_of((key, number, claim.kind))
-            if claim.kind not in CLAIMS:
-                message = f"{AT_REST}, and the claim `{claim.kind}` is about a motion"
-                hint = f"claim one of {', '.join(sorted(CLAIMS))}, or {_dry(source)}"
-                yield Diagnostic("SD211", span, message, hint)
-            elif others := sorted({*claim.content.needed_margins} - MARGINS):
+            if others := sorted({*claim.content.needed_margins} - MARGINS):
                 message = f"the margin `{others[0]}` is not computed for bricks with joints"
                 yield Diagnostic(
                     "SD211",

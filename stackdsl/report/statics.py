@@ -300,9 +300,7 @@ def proven_lines(  # noqa: PLR0913, PLR0917 -- all parts of the text
     """Yield the results for all judged bricks out of `count`; `margins` are the reported ones (`TOLD`), if known."""
     verdict, judged = proofs.verdict, sum(len(judged.bricks) for judged in proofs.judged)
     if verdict.stability is not Stability.STABLE:
-        joined = timeline.world.has_joints
-        then = "no motion of bricks with joints is played" if joined else "the engine simulates the rest"
-        yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; {then}"
+        yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; the engine simulates the rest"
         yield from _fall(proofs, timeline, extent, numbers)
     elif judged < count:
         yield f"  statics: {judged} of {count} bricks are proven to stand; the engine simulates the others"
@@ -562,11 +560,9 @@ def _system(name: str, timeline: Timeline) -> Iterator[str]:
     if modified := system.modification.summary:
         yield f"    {modified_text(modified)}"
     if system.method is Method.PROVEN:
-        yield (
-            "    bricks with joints are judged at rest; their motion is not played"
-            if timeline.world.has_joints
-            else "    bricks that are proven to stand are frozen; the engine starts when a brick moves"
-        )
+        yield "    bricks that are proven to stand are frozen; the engine starts when a brick moves"
+        if timeline.world.has_joints:
+            yield "    joined bricks move as one body, until a joint opens that does not bear their loads"
     elif system.method is Method.PUBLISHED:
         yield "    the extension freezes bricks that its model finds stable, and skips time while all are frozen"
     else:

@@ -87,7 +87,7 @@ class PlacementSampler:
         return middle
 
     def _put(self, unit: Unit, target: Array, attempt: int, where: Mask) -> None:
-        """Put a unit at its target plus its error in the samples of a mask, and lower it."""
+        """Put a unit at its target plus its error in the samples of a mask, and lower it unless joints hold it."""
         jitter, (x, y) = unit.jitter, unit.centre
         place = target
         if jitter is not None:
@@ -107,7 +107,8 @@ class PlacementSampler:
             off = np.hypot(self.x[part.number] - px, self.y[part.number] - py).max()
             del self._reached[part.number :]
             self._reached.append(float(off))
-        lift = np.maximum.reduce([self._lift(part, unit) for part in unit.parts])
+        hangs = bool(self.design.joints.rules) and not any(part.rests_on for part in unit.parts)
+        lift = np.zeros(self.count) if hangs else np.maximum.reduce([self._lift(part, unit) for part in unit.parts])
         for part in unit.parts:
             rows = self.lift[part.number]
             rows[where] = lift[where]

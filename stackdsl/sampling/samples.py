@@ -18,6 +18,7 @@ from stability.geometry.box_distance import gap_bridged, reach_between
 from stability.geometry.placed_shape import corners_W
 from stability.geometry.rows import Array
 from stability.geometry.vectors import about, inverse, multiply, rotate
+from stability.joints import DRY, Joints
 from stability.model import GROUND, IDENTITY, BodyId, Plane, Pose, Quaternion
 from stability.problem import Contact, Placed, Tolerances
 from stability.statics.assembly import Assembly
@@ -92,6 +93,7 @@ class BuildPlan:
     friction: GivenFriction
     gravity: float
     tolerances: Tolerances
+    joints: Joints = DRY
 
     def is_bridged(self, gap: Array, reach: float) -> Mask:
         """Return whether a brick touches its support across a gap [m], given the reach of the two [m]."""
@@ -100,7 +102,8 @@ class BuildPlan:
 
     def assembly(self) -> Assembly:
         """Return an assembly without bricks."""
-        return Assembly(self.planes_W, self.friction, self.gravity, self.tolerances, overlap=inf)
+        site = self.planes_W, self.friction, self.gravity, self.tolerances
+        return Assembly(*site, overlap=inf, joints=self.joints)
 
     @cached_property
     def parts(self) -> tuple[DesignedBrick, ...]:
@@ -109,8 +112,8 @@ class BuildPlan:
 
     @property
     def is_flat(self) -> bool:
-        """Whether the ground is level and all bricks are boxes that lie flat."""
-        return self.tilt == IDENTITY and all(part.flat is not None for part in self.parts)
+        """Whether the ground is level, and all bricks are boxes that lie flat and have no joints."""
+        return self.tilt == IDENTITY and not self.joints.rules and all(part.flat is not None for part in self.parts)
 
 
 def build_plan_of(timeline: Timeline) -> BuildPlan:
@@ -130,7 +133,8 @@ def build_plan_of(timeline: Timeline) -> BuildPlan:
             count += len(unit.parts)
             units.append(unit)
         moments.append(BuildStage(tuple(units), level))
-    return BuildPlan(tuple(moments), planes, world.planes, tilt, world.friction, world.gravity, world.tolerances)
+    site = world.friction, world.gravity, world.tolerances, world.joints
+    return BuildPlan(tuple(moments), planes, world.planes, tilt, *site)
 
 
 def _units(moment: Sequence[Placement]) -> list[list[Placement]]:

@@ -402,10 +402,15 @@ class Island:
         self.ticks += passed or 1
         self.known += passed
         if passed:
+            self.stabilizer.moved_without_engine()
             self.stabilizer.landed(self.falling.landed)
             self.first_contacts.moved()
             return
-        self.world.step(PrescribedMotion(acceleration_W or AT_REST, self.hands.guided()))
+        self.stabilizer.about_to_step()
+        prescribed = PrescribedMotion(acceleration_W or AT_REST, self.hands.guided())
+        self.world.step(prescribed)
+        while self.stabilizer.opened():
+            self.world.step(prescribed)
         self.steps += 1
         self.first_contacts.stepped()
         self.stabilizer.judge()
@@ -594,6 +599,7 @@ class Islands:
     def __post_init__(self) -> None:
         # Only a system with proofs holds bricks without an engine.
         apart = self.system.method is Method.PROVEN and self.timeline.watched and self.system.modification.size == 1.0
+        apart = apart and not self.timeline.world.has_joints  # which may reach from one to another
         split = far_apart(self.timeline) if apart else [list(self.timeline.placements)]
         try:
             for placements in split:

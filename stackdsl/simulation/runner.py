@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, TypeAlias
 from stability.engines.scene_scale import SAMPLING
 from stability.geometry.vectors import add
 from stability.model import GROUND, BodyId
-from stability.problem import Stability
 from stability.process_settings import one_thread, rarely_collected
 from stackdsl.simulation.after_collapse import after_collapse, last_arrival, time_of
 from stackdsl.simulation.brick_tracks import (
@@ -140,7 +139,7 @@ def play(
 
     A `recorder` gets the states of all moving bricks at every look.
     """
-    _require_dry(timeline, system)
+    _require_joints_played(timeline, system)
     load(system)
     timeline = as_played(timeline, system.modification)
     started = perf_counter()
@@ -155,9 +154,10 @@ def play(
         islands.close()
 
 
-def _require_dry(timeline: Timeline, system: System) -> None:
-    """Raise BlockedPlacementError if bodies are joined and the system does not judge joints."""
-    if timeline.world.has_joints and (system.method is not Method.PROVEN or system.modification != AS_WRITTEN):
+def _require_joints_played(timeline: Timeline, system: System) -> None:
+    """Raise BlockedPlacementError if bodies are joined and the system does not play joints."""
+    plays = system.method is Method.PROVEN and system.engine.records_steps and system.modification == AS_WRITTEN
+    if timeline.world.has_joints and not plays:
         first = timeline.placements[0]
         unplayed = f"the system '{system.name}' plays no joints"
         raise BlockedPlacementError(Blocked(first.brick.id, first.time, first.brick.id, 0.0, unplayed=unplayed))
@@ -192,8 +192,7 @@ class _Run:
                 self._act(action)
             self.islands.done(self.passed)
             self.passed += 1
-            if self.islands.undecided and self._plays_no_motion:
-                self._proven_to_fall()
+            if self.islands.undecided and not self.timeline.watched:
                 return
         self._advance(self._end())
         if self.collapse:
@@ -201,26 +200,6 @@ class _Run:
         for island in self.islands:
             self._look(island)
         self._close_placement()
-
-    @property
-    def _plays_no_motion(self) -> bool:
-        """Return whether the run ends at the first bricks that are not proven to stand."""
-        return self.timeline.world.has_joints or not self.timeline.watched
-
-    def _proven_to_fall(self) -> None:
-        """Note the collapse of bricks with joints, if it is proven: it is not played."""
-        extension = self.islands.extension
-        verdict = extension.verdict() if extension is not None else None
-        if not self.timeline.world.has_joints or verdict is None or verdict.stability is not Stability.UNSTABLE:
-            return
-        first, last = min(verdict.moving, key=self._height), self.watch.last_built()
-        self.collapse = Collapse(self.islands.now, last.level, first, step=last.step)
-        self.built = self._is_built()
-        reason = f"{first} is proven to fall; the motion of bricks with joints is not played"
-        self.log.add(Event(self.islands.now, EventKind.COLLAPSED, (first,), reason))
-
-    def _height(self, brick: BodyId) -> tuple[float, BodyId]:
-        return self.watch.bricks[brick].placement.pose.position_W[2], brick
 
     def _takes_place(self, moment: Moment) -> Moment | None:
         if self.ending.early is not None:
@@ -323,7 +302,7 @@ class _Run:
         self.watch.struck()
         self.log.add(Event(push.time, EventKind.PUSHED, (push.brick,)))
         for island, _ in pieces:
-            if island.stabilizer.struck(push.brick, push.impulse_W):
+            if island.stabilizer.struck(push.brick, push.impulse_W, push.offset_W):
                 centre_W = island.world.states([push.brick])[push.brick].pose.position_W
                 island.world.push(push.brick, push.impulse_W, add(centre_W, push.offset_W))
 
@@ -428,16 +407,10 @@ class _Run:
         cost = replace(so_far.cost, wall_time=wall_time, updates=self.islands.updates())
         return replace(so_far, edges=edges, unknown_loads=unknown, cost=cost, assembly=self.islands.assembly())
 
-    def _state_of_unplayed(self) -> BrickState:
-        """Return the state of bricks that are not proven to stand and were not played."""
-        if not self.timeline.world.has_joints:
-            return BrickState.UNWATCHED
-        return BrickState.UNSETTLED if self.collapse is None else BrickState.FALLEN
-
     def _so_far(self) -> Trace:
         """Return the trace up to now, without support edges."""
         extension, now, collapsed = self.islands.extension, self.islands.now, self.collapse is not None
-        unplayed = self._state_of_unplayed() if self._plays_no_motion and self.islands.undecided else None
+        unplayed = None if self.timeline.watched or not self.islands.undecided else BrickState.UNWATCHED
         tracks = tracks_of(self.timeline, self.watch, extension, unplayed, collapsed)
         collapse = self.collapse
         if collapse is not None and self.built:

@@ -196,12 +196,31 @@ class StabilizerDriver:
         if self.extension is not None:
             self._apply(self.clock.timed(self.extension.rejoined, joints))
 
-    def struck(self, brick: BodyId, impulse_W: Vec3) -> bool:
-        """Announce an impulse on a brick [N s]; return whether the brick is free to move."""
+    def struck(self, brick: BodyId, impulse_W: Vec3, offset_W: Vec3) -> bool:
+        """Announce an impulse on a brick [N s] at an offset from its centre [m]; return whether it is free to move."""
         if self.extension is None:
             return True
-        self._apply(self.clock.timed(self.extension.struck, brick, impulse_W))
+        self._apply(self.clock.timed(self.extension.struck, brick, impulse_W, offset_W))
         return not self.extension.is_frozen(brick)
+
+    def about_to_step(self) -> None:
+        """Announce a step of the engine."""
+        if self.extension is not None:
+            self.extension.about_to_step()
+
+    def opened(self) -> bool:
+        """Return whether the last step was taken back, as joints did not bear it."""
+        update = None if self.extension is None else self.extension.opened()
+        if update is None:
+            return False
+        if update.woken:
+            self._process(update)
+        return True
+
+    def moved_without_engine(self) -> None:
+        """Announce a motion without the engine."""
+        if self.extension is not None:
+            self.extension.moved_without_engine()
 
     def landed(self, bricks: Collection[BodyId]) -> None:
         """Judge bricks that came to rest after a motion without an engine."""

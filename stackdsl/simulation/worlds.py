@@ -1,9 +1,10 @@
 """Opens the world in which a system plays a timeline, and the stability extension that watches it."""
 
 from collections.abc import Collection
+from typing import cast
 
 from stability.engines.lazy_world import EngineFactory, RestingWorld, load_engine, stepped_world
-from stability.engines.protocol import EngineSettings, World
+from stability.engines.protocol import EngineSettings, RecordsSteps, World
 from stability.engines.resized_world import ResizedWorld
 from stability.engines.scene_scale import SceneScale
 from stability.model import Brick
@@ -93,6 +94,7 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Stabilize
                 presser=world,
                 tolerances=scene.tolerances,
                 joints=scene.joints,
+                recorder=cast("RecordsSteps", world) if scene.has_joints else None,
             )
         case Method.PUBLISHED:
             from stability.stabilizers.published.stabilizer import StackStability  # noqa: PLC0415 -- likewise

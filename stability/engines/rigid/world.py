@@ -13,20 +13,30 @@ from stability.dynamics.rigid_body import AppliedForce, pushed
 from stability.dynamics.rigid_group import common_motion, grouped
 from stability.engines.bodies import EngineWorld, OwnBodies
 from stability.engines.pressing import AppliedLoads
-from stability.engines.protocol import NOTHING_PRESCRIBED, PrescribedMotion, StepClock
+from stability.engines.protocol import NOTHING_PRESCRIBED, MeanLoads, PrescribedMotion, StepClock
 from stability.engines.rigid.bodies import BodyRows, single, solids_of
 from stability.engines.rigid.mechanics import (
+    ACROSS,
+    ALONG,
     AT,
+    AXES,
     FIRST,
     FORCE,
     GAP,
+    INVERSE_MASS,
+    MOTION,
+    NORMAL,
     ON_BODY,
     ON_OTHER,
+    POSITION,
     PRESSES,
     REACH,
+    RESPONSE,
     RUBS,
     RUBS_ACROSS,
     SECOND,
+    SPIN,
+    TURN,
     Array,
     Ints,
     Pairs,
@@ -44,6 +54,7 @@ from stability.engines.rigid.mechanics import (
 from stability.engines.rigid.preparation import tell_if_compiling
 from stability.engines.rigid.settings import RigidSettings, Solving
 from stability.geometry.box import Box
+from stability.geometry.rows import cross_rows
 from stability.geometry.vectors import add, add_scaled, norm, scale
 from stability.model import AT_REST, GROUND, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
 
@@ -102,6 +113,17 @@ class ContactPoints:
         self.points.ids[:count, FIRST], self.points.ids[:count, SECOND] = first[rows], second[rows]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class StepRecord:
+    """State of a world before a step, and the contact impulses on its bricks during the step."""
+
+    time: float  # [s]
+    struck: bool
+    bodies: Array
+    points: Points
+    impulses: Array  # (bricks, 6) [N s], and about the centre of each brick [N m s], W
+
+
 @dataclass
 class RigidWorld(EngineWorld):
     """World of bricks and planes; create it by `opened`."""
@@ -125,6 +147,8 @@ class RigidWorld(EngineWorld):
     _touching: dict[BodyId, list[int]] | None = field(default=None, init=False)
     _boxes: Array | None = field(default=None, init=False)  # around the solids
     _states: dict[BodyId, BodyState] = field(default_factory=dict, init=False)  # of bricks, as they were asked for
+    _records: bool = field(default=False, init=False)  # whether each step is recorded
+    _record: StepRecord | None = field(default=None, init=False)  # of the last step
 
     @classmethod
     def opened(
@@ -151,23 +175,93 @@ class RigidWorld(EngineWorld):
         self._struck = self._struck or bool(self._guided) or prescribed.acceleration_W != AT_REST
         self._struck = self._struck or len(self._bodies.groups) - len(self._frozen) > MOST_HARD
         relative = RELATIVE * self.clock.fastest
+        record = self._record = self._before_step() if self._records else None
         for _ in range(splits):
             parts = ceil((struck if self._struck else falling).parts / splits)
             self._contacts.find(self._bodies, solids, self._order, duration, near, not self._struck)
-            self._struck = advance(
-                self._bodies.arrays,
-                self._contacts.points,
-                self._contacts.count,
-                (duration, parts),
-                (falling.sweeps, max(falling.accuracy, relative)),
-                (struck.sweeps, struck.accuracy),
-                self._struck,
-                settings.hit,
-                settings.recovery,
-                gravity_W,
-            )
+            # A recorded step is taken in pieces, as the points keep the impulses of the last sub-step only.
+            pieces = 1 if record is None else parts
+            for _ in range(pieces):
+                centres_W = None if record is None else self._centres()
+                self._struck = advance(
+                    self._bodies.arrays,
+                    self._contacts.points,
+                    self._contacts.count,
+                    (duration / pieces, parts // pieces),
+                    (falling.sweeps, max(falling.accuracy, relative)),
+                    (struck.sweeps, struck.accuracy),
+                    self._struck,
+                    settings.hit,
+                    settings.recovery,
+                    gravity_W,
+                )
+                if record is not None and centres_W is not None:
+                    self._add_impulses(record.impulses, centres_W)
         self._part = duration / parts
         self._moved()
+
+    # --- records of steps, for joined bricks --------------------------------------------------------------------------
+
+    def record_steps(self) -> None:
+        self._records = True
+
+    def hit_duration(self) -> float:
+        return self.settings.time_step
+
+    def mean_loads(self) -> MeanLoads:
+        if self._record is None:
+            return {}
+        means = self._record.impulses / self.settings.time_step
+        loaded = np.flatnonzero(means.any(axis=1)).tolist()
+        return {self._names[number]: tuple(means[number].tolist()) for number in loaded}
+
+    def undo_step(self) -> None:
+        record, self._record = self._record, None
+        if record is None:
+            raise RuntimeError("the last step was not recorded")
+        self.clock.time, self._struck = record.time, record.struck
+        self._bodies.arrays[:] = record.bodies
+        self._contacts.points, self._contacts.count = record.points, len(record.points.ids)
+        self._moved()
+
+    def _before_step(self) -> StepRecord:
+        """Return a record of the step that begins, whose time has passed already."""
+        points, count = self._contacts.points, self._contacts.count
+        return StepRecord(
+            self.clock.time - self.settings.time_step,
+            self._struck,
+            self._bodies.arrays.copy(),
+            Points(points.ids[:count].copy(), points.row[:count].copy()),
+            np.zeros((len(self._names), 6)),
+        )
+
+    def _centres(self) -> Array:
+        """Return the centres of mass of the bricks in W (n, 3) [m]."""
+        rows = [self._bodies.row[name] for name in self._names]
+        bodies = self._bodies.arrays[rows]
+        places_G = [
+            self._bodies.groups[row].places_G[name].position_W for row, name in zip(rows, self._names, strict=True)
+        ]
+        turned = np.einsum(
+            "nij,nj->ni", bodies[:, AXES:INVERSE_MASS].reshape(-1, 3, 3), np.array(places_G).reshape(-1, 3)
+        )
+        centres: Array = bodies[:, POSITION:TURN] + turned
+        return centres
+
+    def _add_impulses(self, impulses: Array, centres_W: Array) -> None:
+        """Add the contact impulses of the last sub-step on each brick; the centres are those before it."""
+        count = self._contacts.count
+        if not count:
+            return
+        row, ids = self._contacts.points.row[:count], self._contacts.points.ids[:count]
+        impulses_W = np.zeros((count, 3))
+        for size, axis in ((PRESSES, NORMAL), (RUBS, ALONG), (RUBS_ACROSS, ACROSS)):
+            impulses_W += row[:, size, None] * row[:, axis : axis + 3]
+        solids, signed_W = np.concatenate((ids[:, SECOND], ids[:, FIRST])), np.concatenate((impulses_W, -impulses_W))
+        of_brick = np.flatnonzero(solids >= 0)
+        numbers, signed_W = solids[of_brick], signed_W[of_brick]
+        arms_W = row[of_brick % count, AT : AT + 3] - centres_W[numbers]
+        np.add.at(impulses, numbers, np.hstack([signed_W, cross_rows(arms_W, signed_W)]))
 
     def _guide(self, prescribed: PrescribedMotion) -> None:
         """Prescribe the motion of guided bricks; those that are guided no longer move freely."""
@@ -243,8 +337,22 @@ class RigidWorld(EngineWorld):
             self._contacts.forget()
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
+        if len(self._members(brick)) > 1:
+            self._push_group(self._bodies.row[brick], np.array(impulse_W), np.array(at_W))
+            return
         self.set_state(brick, pushed(self._bodies.state(brick), self.own.bricks[brick], impulse_W, at_W))
         self._changed()  # the order of the contacts
+
+    def _push_group(self, row: int, impulse_W: Array, at_W: Array) -> None:
+        """Apply an impulse to a welded group as a whole."""
+        body = self._bodies.arrays[row]
+        a, b, c, d, e, f = body[RESPONSE:FORCE]
+        twist_W = np.cross(at_W - body[POSITION:TURN], impulse_W)
+        body[MOTION:SPIN] += body[INVERSE_MASS] * impulse_W
+        body[SPIN:AXES] += np.array([[a, b, c], [b, d, e], [c, e, f]]) @ twist_W
+        x, y, z = body[MOTION:SPIN].tolist()
+        self._expect_hit((x, y, z))
+        self._changed()
 
     def apply_forces(self, brick: BodyId, forces: Sequence[AppliedForce]) -> None:
         self.presses.apply_forces(self.own.bricks[brick], self._bodies.state(brick), forces)

@@ -259,6 +259,7 @@ class Disturbances(BrickObserver):
     limits_of: LimitsOf
     gravity: float  # [m/s2]
     reactions: Callable[[], Mapping[BodyId, Sequence[ContactPoint]]]
+    joined: Container[BodyId] = ()  # bricks that move in bodies with others, whose mass is not known here
     _approaches: HitPredictor = field(init=False)
     _overloads: Overloads = field(init=False)
     _holding: HoldingForces = field(default_factory=HoldingForces, init=False)
@@ -289,7 +290,7 @@ class Disturbances(BrickObserver):
 
     def _is_absorbed(self, assembly: Assembly, hit: Hit, state: BodyState) -> bool:
         shape = convex(self.engine.shape(hit.by))
-        if shape is None or hit.brick not in assembly.bricks:
+        if shape is None or hit.brick not in assembly.bricks or hit.by in self.joined:
             return False
         masses = self.engine.masses()
         flying = IncomingBrick(Brick(hit.by, shape, masses[hit.by]), state)

@@ -7,10 +7,11 @@ from typing import ClassVar, Self
 
 from stability.contact_law import GivenFriction
 from stability.dynamics.ground_motion import GroundMotion
-from stability.engines.protocol import AcceptsForces, Engine, WeldingEngine
-from stability.geometry.vectors import norm, scale
+from stability.engines.protocol import AcceptsForces, Engine, RecordsSteps, WeldingEngine
+from stability.geometry.vectors import cross, norm, scale
 from stability.joints import DRY, Joints
 from stability.model import AT_REST, BodyId, BodyState, Plane, Pose, Vec3
+from stability.name_order import names_text
 from stability.problem import Placed, Stability, Stage, Tolerances, Verdict
 from stability.stabilizers.exact.awake_bricks import AwakeBricks
 from stability.stabilizers.exact.candidates import (
@@ -21,12 +22,14 @@ from stability.stabilizers.exact.candidates import (
     solids,
 )
 from stability.stabilizers.exact.hits import Disturbance, Disturbances, UnionContainer, hit_by_bricks, is_level
+from stability.stabilizers.exact.joined_bricks import JoinedBricks, Overload
 from stability.stabilizers.exact.shaking import ROUNDING, Shaking
 from stability.stabilizers.exact.woken_region import DeadLoads, RigidGroups, region, wake
 from stability.stabilizers.held_bodies import HeldBodies, gravity_of
 from stability.stabilizers.protocol import Observers, Stabilizer, Update
 from stability.stabilizers.rest import LimitsBySize, RestLimits
 from stability.statics.assembly import Assembly
+from stability.statics.opened_joints import Pair, held_pairs
 
 # Judgement of the frozen bricks after the caller has moved, pushed or removed some, or changed the fixed bodies.
 
@@ -103,7 +106,9 @@ class ProvenStability(Stabilizer):
     # Applies the loads of frozen bricks to woken ones; None: bricks carried by woken ones wake too.
     presser: AcceptsForces | None = None
     tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
-    joints: Joints = DRY  # for the verdicts; bricks that wake move without them
+    joints: Joints = DRY
+    # Repeats steps in which joints open; None: joints of bricks in motion hold until these come to rest.
+    recorder: RecordsSteps | None = None
     assembly: Assembly = field(init=False)
     _in_hands: dict[BodyId, Placed | None] = field(default_factory=dict, init=False)  # with its pose if held at rest
     _shaking: Shaking = field(init=False)
@@ -112,6 +117,7 @@ class ProvenStability(Stabilizer):
     _held: HeldBodies = field(init=False)
     _rigid_groups: RigidGroups = field(init=False)
     _dead_loads: DeadLoads = field(init=False)
+    _joined: JoinedBricks = field(init=False)
     _disturbances: Disturbances = field(init=False)
     _observers: Observers = field(init=False)  # all of these, in this order
 
@@ -123,11 +129,14 @@ class ProvenStability(Stabilizer):
         self._dead_loads = DeadLoads(self.engine, self.presser)
         limits_of = LimitsBySize(self.engine, self.rest)
         self._awake = AwakeBricks(self.engine, limits_of, self._rigid_groups)
-        self._disturbances = Disturbances(self.engine, limits_of, gravity, self._dead_loads.reactions)
+        self._joined = JoinedBricks(self.engine, self.joiner, self.joints)
+        self._disturbances = Disturbances(self.engine, limits_of, gravity, self._dead_loads.reactions, self._joined)
         guarded = (self._held,) if self.guard else ()
         self._observers = Observers(
-            (*guarded, limits_of, self._rigid_groups, self._dead_loads, self._disturbances, self._awake)
+            (*guarded, limits_of, self._rigid_groups, self._joined, self._dead_loads, self._disturbances, self._awake)
         )
+        if self.recorder is not None:
+            self.recorder.record_steps()
         self.assembly = Assembly(
             self.planes or (), self.friction, gravity, self.tolerances, overlap=inf, joints=self.joints
         )
@@ -154,7 +163,8 @@ class ProvenStability(Stabilizer):
         resting = self._judgeable(dict(solids(self.engine, self.engine.states(self._awake.in_order(bricks)))))
         if not resting:
             return Update()
-        return self._apply(self._judge(resting, names_smallest=False), [placed.brick.id for placed in resting], set())
+        judgement = self._judge(resting, set(), names_smallest=False)
+        return self._apply(judgement, [placed.brick.id for placed in resting], set())
 
     def taken_out(self, bricks: Iterable[BodyId]) -> Update:
         """Handle bricks that were removed from the engine: bricks that cannot stand without them wake immediately."""
@@ -164,15 +174,16 @@ class ProvenStability(Stabilizer):
         judgement = release_until_stable(self.assembly, self.assembly.remove(frozen))
         if frozen or not self._awake.names:  # otherwise no verdict has changed
             self._verdict = judgement.first
-        woken = self._wake_released(judgement.released)
+        woken = self._wake_released(judgement)
         return Update((), woken, judgement.lowest, judgement.first.reason if woken else "")
 
     def rejoined(self, joints: Joints) -> Update:
         """Handle other joints of all bricks: bricks that cannot stand with them wake immediately."""
-        self.joints, self.assembly = joints, self.assembly.with_joints(joints)
+        self.joints, self.assembly = joints, self.assembly.with_joints(self._joined.with_rules(joints.rules))
+        self._joined.rejoined(self.assembly)
         judgement = release_until_stable(self.assembly, self.assembly.verdict())
         self._verdict = judgement.first
-        woken = self._wake_released(judgement.released)
+        woken = self._wake_released(judgement)
         return Update((), woken, judgement.lowest, judgement.first.reason if woken else "")
 
     def update(self) -> Update:
@@ -192,15 +203,16 @@ class ProvenStability(Stabilizer):
             self._dead_loads.exert()
             return lost
         # The smallest falling set is of no interest in a heap that has fallen.
-        judgement = self._judge(resting, names_smallest=bool(announced))
+        judgement = self._judge(resting, announced, names_smallest=bool(announced))
         if announced:
             self._verdict = judgement.first
         judged = self._apply(judgement, [placed.brick.id for placed in resting], announced)
         self._dead_loads.exert()
         return lost.then(judged)
 
-    def _judge(self, resting: Sequence[Placed], names_smallest: bool) -> Judgement:
+    def _judge(self, resting: Sequence[Placed], announced: Container[BodyId], names_smallest: bool) -> Judgement:
         """Judge bricks with crept ones put back to their rest poses; if they do not stand, judge the actual poses."""
+        self._joined.arrived([placed for placed in resting if placed.brick.id not in announced], self.assembly)
         restored = self._awake.rest_poses.put_back(resting)
         verdict = self.assembly.add_all(restored, names_smallest=names_smallest)
         moved_back = [placed for placed, actual in zip(restored, resting, strict=True) if placed is not actual]
@@ -208,13 +220,24 @@ class ProvenStability(Stabilizer):
             self.assembly.remove([placed.brick.id for placed in resting], names_smallest=names_smallest)
             moved_back, verdict = [], self.assembly.add_all(resting, names_smallest=names_smallest)
         judgement = release_until_stable(self.assembly, verdict, names_smallest=names_smallest)
+        while split := self._joined.split_by(judgement.released, self.assembly.bricks):
+            # A body of joined bricks stands or moves as a whole.
+            released = {**judgement.released, **{name: self.assembly.bricks[name].pose for name in split}}
+            more = release_until_stable(self.assembly, self.assembly.remove(split), names_smallest=names_smallest)
+            held = judgement.held | more.held
+            judgement = replace(judgement, last=more.last, released={**released, **more.released}, held=held)
         for placed in moved_back:
             self.engine.freeze(placed.brick.id)
             self.engine.put_at(placed.brick.id, placed.pose)
         return judgement
 
-    def struck(self, brick: BodyId, impulse_W: Vec3) -> Update:
-        """Handle an impulse [N s] that a brick is about to receive: bricks that it disturbs wake before."""
+    def struck(self, brick: BodyId, impulse_W: Vec3, offset_W: Vec3 = AT_REST) -> Update:
+        """Handle an impulse [N s] that a brick is about to receive, at an offset from its centre [m].
+
+        Bricks that it disturbs wake before.
+        """
+        if brick in self._joined or self._joined.is_in_structure(brick, self.assembly):
+            return self._strike_joined(brick, impulse_W, offset_W)
         if brick in self._rigid_groups:
             self._rigid_groups.unweld(brick)  # even a gentle push moves one brick and not its group
         speed = norm(impulse_W) / self.engine.masses()[brick]
@@ -222,6 +245,58 @@ class ProvenStability(Stabilizer):
             return Update()
         along_W = scale(1.0 / norm(impulse_W), impulse_W)
         return self._wake_struck(Disturbance({brick: along_W}, f"{brick} pushed to {speed:.3g} m/s"))
+
+    # --- joined bricks ------------------------------------------------------------------------------------------------
+
+    def about_to_step(self) -> None:
+        """Weld the bricks that joints hold together for the next step of the engine."""
+        self._joined.weld()
+
+    def moved_without_engine(self) -> None:
+        """Handle a motion without the engine, in which all bricks move one by one."""
+        self._joined.unwelded()
+
+    def opened(self) -> Update | None:
+        """Open the joints that did not bear the loads of the last step, and take the step back; None if all did."""
+        if not self.joints.rules or self.recorder is None:
+            return None
+        means = self.recorder.mean_loads()
+        opening, overloads = self._joined.opening(means), self._joined.overloads(means, self.assembly)
+        if not opening and not overloads:
+            return None
+        by = {name for name in self._awake.names if name in means}
+        self.recorder.undo_step()
+        for body, pairs in opening:
+            self._joined.open(body, pairs, self.assembly)
+        update = self._wake_overloaded(overloads, tuple(sorted(by)))
+        self._joined.weld()
+        return update
+
+    def _wake_overloaded(self, overloads: Sequence[Overload], by: tuple[BodyId, ...] = ()) -> Update:
+        """Wake the frozen bricks that loads move."""
+        update = Update()
+        for overload in overloads:
+            moving, held = overload.moving, held_pairs(overload.problem, overload.motion)
+            requested = {brick: self.assembly.bricks[brick].pose for brick in moving}
+            judgement = release_until_stable(self.assembly, self.assembly.remove(moving))
+            poses = {**requested, **judgement.released}
+            self._awake.rest_poses.remember(poses, set(overload.loaded) & poses.keys())
+            self._wake(sorted(poses))
+            self._release_joined(poses, judgement.held | held)
+            reason = f"{names_text(overload.loaded)} hit or loaded beyond what holds {names_text(moving)}"
+            update = update.then(Update((), tuple(sorted(poses)), reason=reason, by=by))
+        return update
+
+    def _strike_joined(self, brick: BodyId, impulse_W: Vec3, offset_W: Vec3) -> Update:
+        """Open the joints that do not bear an impulse on a brick during a time step."""
+        duration = self.recorder.hit_duration() if self.recorder is not None else 1.0
+        wrench = (*scale(1.0 / duration, impulse_W), *scale(1.0 / duration, cross(offset_W, impulse_W)))
+        update = self._wake_overloaded(self._joined.overloads({brick: wrench}, self.assembly))
+        while opening := self._joined.opening({brick: wrench}):
+            for body, pairs in opening:
+                self._joined.open(body, pairs, self.assembly)
+        self._joined.weld()
+        return update
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Wake these bricks and all that cannot stand without them; return the woken bricks."""
@@ -232,8 +307,10 @@ class ProvenStability(Stabilizer):
         requested = {brick: self.assembly.bricks[brick].pose for brick in sorted(bricks) if self.is_frozen(brick)}
         if not requested:
             return ()
+        held = held_pairs(self.assembly.problem(requested), None) if self.joints.rules else set()
         judgement = release_until_stable(self.assembly, self.assembly.remove(requested))
-        return self._wake_released({**requested, **judgement.released})
+        released = {**requested, **judgement.released}
+        return self._wake_released(replace(judgement, released=released, held=judgement.held | held))
 
     def shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
         """Return each frozen brick's load shares by support, for all frozen bricks or some."""
@@ -281,7 +358,7 @@ class ProvenStability(Stabilizer):
             self._rigid_groups.unweld(brick)
         if self.is_frozen(brick):
             judgement = release_until_stable(self.assembly, self.assembly.remove([brick]))
-            woken = self._wake_released(judgement.released)
+            woken = self._wake_released(judgement)
             self._awake.rest_poses.store_driven(judgement.released)
         self._observers.removed([brick])
         self._in_hands[brick] = None
@@ -320,7 +397,7 @@ class ProvenStability(Stabilizer):
         planes = self.planes if self.planes is not None else fixed_bodies(self.engine, self.friction)[0]
         standing = tuple(self.assembly.bricks.values())
         site = planes, self.friction, self.assembly.gravity, self.tolerances, tables
-        self.assembly = Assembly(*site, overlap=inf, joints=self.joints)
+        self.assembly = Assembly(*site, overlap=inf, joints=self._joined.joints)
         judgement = release_until_stable(self.assembly, self.assembly.add_all([*standing, *added]))
         self._verdict = judgement.first
         names = [placed.brick.id for placed in added]
@@ -356,7 +433,7 @@ class ProvenStability(Stabilizer):
         self._observers.absorb(other._observers)
         standing = [other.assembly.bricks[name] for name in sorted(other.assembly.bricks)]
         if standing:
-            self._wake_released(release_until_stable(self.assembly, self.assembly.add_all(standing)).released)
+            self._wake_released(release_until_stable(self.assembly, self.assembly.add_all(standing)))
 
     # --- selection of bricks to judge ---------------------------------------------------------------------------------
 
@@ -372,7 +449,7 @@ class ProvenStability(Stabilizer):
 
         On shaking ground return all awake bricks once all are at rest: a moving brick shakes its support as well.
         """
-        judgeable = self._on_supported_bodies(resting)
+        judgeable = self._joined.whole(self._on_supported_bodies(resting))
         return judgeable if not self._shaking.shakes or len(judgeable) == len(self._awake.names) else []
 
     def _on_supported_bodies(self, resting: Mapping[BodyId, Placed]) -> list[Placed]:
@@ -398,7 +475,8 @@ class ProvenStability(Stabilizer):
         self._observers.frozen(frozen)
         refused = {brick: judgement.released[brick] for brick in resting if brick in judgement.released}
         fallen = {brick: pose for brick, pose in judgement.released.items() if brick not in refused}
-        woken = self._wake_released(fallen) + tuple(brick for brick in refused if brick in announced)
+        new = [brick for brick in refused if brick in announced]
+        woken = (*self._wake_released(replace(judgement, released=fallen), new), *new)
         self._awake.refuse(refused)
         # If the bricks were proven before others were released, the last verdict has no stage.
         stages = {judgement.last.stage} if judgement.last.stage else {self.assembly.stage(brick) for brick in frozen}
@@ -421,12 +499,16 @@ class ProvenStability(Stabilizer):
         # Flights are followed even without bricks at rest, so that distant bricks do not affect the result.
         nothing_still = not self.assembly.bricks and not self._rigid_groups.bricks
         still = () if nothing_still else UnionContainer(self.assembly.bricks, self._rigid_groups)
-        if hits := self._disturbances.hits(self.assembly, states, still):
+        hits = self._disturbances.hits(self.assembly, states, still)
+        if hits := [hit for hit in hits if not self._joined.is_in_structure(hit.brick, self.assembly)]:
             update = self._wake_struck(hit_by_bricks(hits))
         stepped = self._awake.names - self._awake.announced
         pressing = stepped - self._rigid_groups.bricks
         if pressed := self._disturbances.overloaded(self.assembly, pressing):
-            update = update.then(self._wake_struck(pressed))
+            dry = [name for name in pressed.struck if not self._joined.is_in_structure(name, self.assembly)]
+            update = update.then(
+                self._wake_struck(replace(pressed, struck={name: pressed.struck[name] for name in dry}))
+            )
         return update
 
     def _wake_struck(self, disturbed: Disturbance) -> Update:
@@ -451,12 +533,18 @@ class ProvenStability(Stabilizer):
         touched = tuple(sorted(woken.touched))
         return Update((), tuple(poses), reason=disturbed.reason, riding=touched, by=disturbed.by)
 
-    def _wake_released(self, bricks: Mapping[BodyId, Pose]) -> tuple[BodyId, ...]:
-        """Wake frozen bricks that were released from the assembly, as they cannot stand."""
-        woken = tuple(sorted(bricks))
+    def _wake_released(self, judgement: Judgement, new: Collection[BodyId] = ()) -> tuple[BodyId, ...]:
+        """Wake frozen bricks that were released from the assembly, as they cannot stand; `new` bricks are awake."""
+        woken = tuple(sorted(judgement.released))
         self._wake(woken)
-        self._awake.refuse(bricks)
+        self._awake.refuse(judgement.released)
+        self._release_joined({*woken, *new}, judgement.held)
         return woken
+
+    def _release_joined(self, bricks: Collection[BodyId], held: Collection[Pair]) -> None:
+        if self.joints.rules:
+            placed = [placed for _, placed in solids(self.engine, self.engine.states(sorted(bricks)))]
+            self._joined.released(placed, held, self.assembly)
 
     def _wake(self, bricks: Collection[BodyId], riding: Container[BodyId] = ()) -> None:
         """Wake bricks in the engine, except riding ones, which rigid groups move already."""
@@ -479,7 +567,7 @@ class ProvenStability(Stabilizer):
             return Update()
         self._awake.allow_judgement()
         judgement = release_until_stable(self.assembly, change.verdict)
-        woken = self._wake_released({**change.pushed, **judgement.released})
+        woken = self._wake_released(replace(judgement, released={**change.pushed, **judgement.released}))
         return Update((), woken, judgement.lowest, judgement.first.reason or "moved by the caller" if woken else "")
 
     def _fixed_bodies(self) -> FixedBodies:

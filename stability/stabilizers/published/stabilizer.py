@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from stability.contact_law import GivenFriction, as_friction
 from stability.engines.protocol import Engine
 from stability.graph import with_all_above
-from stability.model import BodyId, BodyState, Plane, Vec3
+from stability.model import AT_REST, BodyId, BodyState, Plane, Vec3
 from stability.problem import Verdict
 from stability.stabilizers.approach import about_to_hit
 from stability.stabilizers.held_bodies import HeldBodies, gravity_of
@@ -162,7 +162,7 @@ class StackStability(Stabilizer):
         reason = blows or (reason if lost or woken else "")
         return Update(tuple(brick.id for brick, _ in added), hit + lost + woken, failed, reason)
 
-    def struck(self, brick: BodyId, impulse_W: Vec3) -> Update:
+    def struck(self, brick: BodyId, impulse_W: Vec3, offset_W: Vec3 = AT_REST) -> Update:
         """Handle an impulse [N s] that a brick is about to receive: the brick wakes before if the energy suffices."""
         if brick not in self.stack:
             return Update()

@@ -1,0 +1,313 @@
+"""Joined bricks in motion: those that hold together move as one rigid body until a joint does not bear its loads."""
+
+from collections.abc import Collection, Container, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+
+from stability.engines.protocol import Engine, MeanLoads, WeldingEngine
+from stability.geometry.placed_shape import inertia_about_axes
+from stability.geometry.rows import cross_rows
+from stability.geometry.vectors import body_axes
+from stability.graph import components, reached
+from stability.joints import JointRule, Joints
+from stability.model import BodyId, BodyState
+from stability.problem import Motion, Placed, Problem, Wrench
+from stability.stabilizers.protocol import BrickObserver
+from stability.statics.assembly import Assembly
+from stability.statics.borne_loads import BorneLoads
+from stability.statics.opened_joints import Pair, fastest_point, joined_pairs, opened_pairs
+from stability.statics.structure import Structure
+
+# Joints open at once, and for good.
+#
+# A joint has no range: as soon as its points have parted, nothing pulls any more. So all joints whose bodies move
+# against each other in the motion at which they yield open as a whole, and the contact is dry from then on.
+#
+# The loads on the joints of a body in motion are those on its bricks, with their inertia (d'Alembert). They are means
+# over a time step of the engine, so a hit lasts at least as long as a step. A step that a joint does not bear is
+# repeated without this joint.
+
+
+QUIET = 1e-4  # share of the fastest brick: slower ones stay frozen
+
+
+class JoinedBody:
+    """Joined bricks that move as one rigid body."""
+
+    def __init__(self, problem: Problem) -> None:
+        """Create from the bricks, their contacts with each other, and their weights, before they move."""
+        self.problem = problem
+        self.names = tuple(problem.bricks)
+        self._borne = BorneLoads(problem)
+        placed = tuple(problem.bricks.values())
+        self._axes = np.array(body_axes(placed[0].pose.orientation)).T
+        self._masses = np.array([each.brick.mass for each in placed])
+        centres = np.array([each.pose.position_W for each in placed])
+        self._arms = centres - self._masses @ centres / self._masses.sum()
+        self._inertias = np.array([inertia_about_axes(each.brick, each.pose.orientation) for each in placed])
+        squares = np.einsum("ni,ni->n", self._arms, self._arms)
+        spread = squares[:, None, None] * np.eye(3) - np.einsum("ni,nj->nij", self._arms, self._arms)
+        self._inertia = self._inertias.sum(axis=0) + np.einsum("n,nij->ij", self._masses, spread)
+
+    def opens_under(self, means: MeanLoads, state: BodyState) -> set[Pair]:
+        """Return the joints that do not bear mean contact loads; `state` is that of the first brick."""
+        motion = self._borne.yields_under(self._loads(means, state))
+        if motion is None:
+            return set()
+        return opened_pairs(self.problem, motion) or joined_pairs(self.problem.contacts)
+
+    def _loads(self, means: MeanLoads, state: BodyState) -> dict[BodyId, Wrench]:
+        """Return the loads on the bricks with their inertia, in the axes of the problem.
+
+        Weights are left out, as they cancel out with the inertia of the free fall.
+        """
+        turn = np.array(body_axes(state.pose.orientation)).T @ self._axes.T
+        loads = np.array([means.get(name, (0.0,) * 6) for name in self.names])
+        forces, torques, spin = loads[:, :3] @ turn, loads[:, 3:] @ turn, turn.T @ state.angular_velocity_W
+        acceleration = forces.sum(axis=0) / self._masses.sum()
+        spins = np.broadcast_to(spin, self._arms.shape)
+        own = torques - cross_rows(spins, self._inertias @ spin)
+        gyration = cross_rows(spin[None], (self._inertia @ spin)[None])[0]
+        change = np.linalg.solve(self._inertia, (torques + cross_rows(self._arms, forces)).sum(axis=0) - gyration)
+        turning = cross_rows(np.broadcast_to(change, self._arms.shape), self._arms)
+        accelerations = acceleration + turning + cross_rows(spins, cross_rows(spins, self._arms))
+        forces = forces - self._masses[:, None] * accelerations
+        torques = own - self._inertias @ change
+        return {
+            name: Wrench(tuple(force), tuple(torque))
+            for name, force, torque in zip(self.names, forces.tolist(), torques.tolist(), strict=True)
+        }
+
+    def without(self, opened: Collection[Pair], removed: Collection[BodyId] = ()) -> "Iterator[JoinedBody]":
+        """Yield the bodies of the bricks that still hold together."""
+        contacts = [
+            contact
+            for contact in self.problem.contacts
+            if contact.law.is_cone or frozenset((contact.lower, contact.upper)) not in opened
+        ]
+        bricks = {name: placed for name, placed in self.problem.bricks.items() if name not in removed}
+        yield from _bodies(Problem(bricks, contacts, self.problem.loads))
+
+
+def _bodies(problem: Problem) -> Iterator[JoinedBody]:
+    """Yield the bodies of several bricks that joints hold together."""
+    beside: dict[BodyId, list[BodyId]] = {name: [] for name in problem.bricks}
+    for one, other in joined_pairs(problem.contacts):
+        if one in beside and other in beside:
+            beside[one].append(other)
+            beside[other].append(one)
+    for part in components(beside, beside.__getitem__):
+        if len(part) > 1:
+            yield JoinedBody(
+                Problem(
+                    {name: placed for name, placed in problem.bricks.items() if name in part},
+                    [each for each in problem.contacts if each.lower in part and each.upper in part],
+                    {name: load for name, load in problem.loads.items() if name in part},
+                )
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Overload:
+    """Frozen bricks that do not bear loads, and the motion at which they yield."""
+
+    problem: Problem
+    motion: Motion  # empty if it is not known
+    loaded: tuple[BodyId, ...]
+
+    @property
+    def moving(self) -> list[BodyId]:
+        """The bricks that move: all if the motion is not known."""
+        fastest = {
+            name: fastest_point(self.problem.bricks[name], *twist) for name, twist in self.motion.velocity.items()
+        }
+        most = max(fastest.values(), default=0.0)
+        return [name for name, speed in fastest.items() if speed > QUIET * most] or list(self.problem.bricks)
+
+    @property
+    def opened(self) -> set[Pair]:
+        """The pairs whose joint opens."""
+        return opened_pairs(self.problem, self.motion)
+
+
+@dataclass
+class JoinedBricks(BrickObserver):
+    """The joints of the bricks of one engine that have moved, and the bodies that they hold together."""
+
+    engine: Engine
+    welder: WeldingEngine | None
+    joints: Joints  # those that hold now
+    _of: dict[BodyId, JoinedBody] = field(default_factory=dict, init=False)  # by brick
+    _welded: set[BodyId] = field(default_factory=set, init=False)
+    _structures: dict[BodyId, "_Structure"] = field(default_factory=dict, init=False)  # by frozen brick
+
+    def __contains__(self, brick: object) -> bool:
+        return brick in self._of
+
+    @property
+    def bodies(self) -> list[JoinedBody]:
+        """The bodies of several bricks."""
+        return list(dict.fromkeys(self._of.values()))
+
+    def released(self, bricks: Collection[Placed], held: Collection[Pair], assembly: Assembly) -> None:
+        """Handle bricks that begin to move; of their joints only the `held` ones have not opened."""
+        if not self.joints.rules or not bricks:
+            return
+        names = {placed.brick.id for placed in bricks}
+        before = {pair for pair in self.joints.held if not pair & names}
+        now = frozenset((*before, *(pair for pair in held if pair <= names)))
+        self._change(assembly, replace(self.joints, moved=frozenset((*self.joints.moved, *names)), held=now))
+        structure = Structure((), (), assembly.friction, assembly.gravity, assembly.tolerances, self.joints)
+        for placed in sorted(bricks, key=lambda placed: placed.pose.position_W[::-1]):
+            structure.put(placed)
+        group = list(structure.bricks)
+        self._add(_bodies(structure.problem(group, structure.contacts_of(group))))
+
+    def arrived(self, bricks: Collection[Placed], assembly: Assembly) -> None:
+        """Handle bricks that come to rest after a flight: no joint is made with them."""
+        self.released([placed for placed in bricks if placed.brick.id not in self.joints.moved], (), assembly)
+
+    def with_rules(self, rules: Sequence[JointRule]) -> Joints:
+        """Return the joints that hold now by other rules: bricks that have moved get no new ones."""
+        return replace(self.joints, rules=tuple(rules))
+
+    def rejoined(self, assembly: Assembly) -> None:
+        """Handle other joints, which the assembly has already: those that are cut in bodies open."""
+        self.joints = assembly.joints
+        self._structures.clear()
+        for body in self.bodies:
+            cut = {pair for pair in joined_pairs(body.problem.contacts) if self.joints.of(*pair) is None}
+            if cut:
+                self.open(body, cut, assembly)
+
+    def open(self, body: JoinedBody, pairs: Collection[Pair], assembly: Assembly) -> None:
+        """Open joints of a body."""
+        self._change(assembly, replace(self.joints, held=frozenset(self.joints.held) - frozenset(pairs)))
+        self._drop(body)
+        self._add(body.without(pairs))
+
+    def whole(self, resting: list[Placed]) -> list[Placed]:
+        """Return the resting bricks without those of bodies of which other bricks do not rest."""
+        names = {placed.brick.id for placed in resting}
+        return [
+            each for each in resting if each.brick.id not in self or names.issuperset(self._of[each.brick.id].names)
+        ]
+
+    def split_by(self, released: Container[BodyId], standing: Container[BodyId]) -> list[BodyId]:
+        """Return the standing bricks of the bodies of which other bricks were released."""
+        return [
+            name
+            for body in self.bodies
+            if any(other in released for other in body.names)
+            for name in body.names
+            if name in standing
+        ]
+
+    def _change(self, assembly: Assembly, joints: Joints) -> None:
+        self.joints = joints
+        assembly.hold_by(joints)
+
+    def _add(self, bodies: Iterator[JoinedBody]) -> None:
+        for body in bodies:
+            self._of |= dict.fromkeys(body.names, body)
+
+    def _drop(self, body: JoinedBody) -> None:
+        if self.welder is not None and self._welded.issuperset(body.names):
+            self.welder.unweld(body.names[0])
+        self._forget(body)
+
+    def _forget(self, body: JoinedBody) -> None:
+        for name in body.names:
+            self._of.pop(name, None)
+            self._welded.discard(name)
+
+    # --- engine -------------------------------------------------------------------------------------------------------
+
+    def weld(self) -> None:
+        """Weld all bodies for the next step."""
+        if self.welder is None:
+            return
+        for body in self.bodies:
+            if not self._welded.issuperset(body.names):
+                self.welder.weld(body.names)
+                self._welded.update(body.names)
+
+    def unwelded(self) -> None:
+        """Handle a motion without the engine, which moves all bricks one by one."""
+        self._welded.clear()
+
+    # --- loads --------------------------------------------------------------------------------------------------------
+
+    def opening(self, means: MeanLoads) -> list[tuple[JoinedBody, set[Pair]]]:
+        """Return the bodies with joints that do not bear mean contact loads, and these joints."""
+        bodies = self.bodies
+        states = self.engine.states([body.names[0] for body in bodies])
+        opening = [(body, body.opens_under(means, states[body.names[0]])) for body in bodies]
+        return [(body, pairs) for body, pairs in opening if pairs]
+
+    def overloads(self, means: MeanLoads, assembly: Assembly) -> list[Overload]:
+        """Return the frozen structures with joints that do not bear mean contact loads in addition to their weight."""
+        loads: dict[BodyId, tuple[_Structure, dict[BodyId, Wrench]]] = {}
+        for name, (a, b, c, d, e, f) in means.items():
+            if name in assembly.bricks and (structure := self._structure(name, assembly)).borne is not None:
+                _, on_bricks = loads.setdefault(min(structure.bricks), (structure, {}))
+                on_bricks[name] = Wrench((a, b, c), (d, e, f))
+        overloads = []
+        for structure, on_bricks in loads.values():
+            if structure.borne is not None and (motion := structure.borne.yields_under(on_bricks)) is not None:
+                overloads.append(Overload(structure.borne.problem, motion, tuple(sorted(on_bricks))))
+        return overloads
+
+    def is_in_structure(self, brick: BodyId, assembly: Assembly) -> bool:
+        """Check that a frozen brick is part of a structure with joints."""
+        return (
+            bool(self.joints.rules) and brick in assembly.bricks and self._structure(brick, assembly).borne is not None
+        )
+
+    def _structure(self, brick: BodyId, assembly: Assembly) -> "_Structure":
+        if brick not in self._structures:
+            bricks = reached([brick], lambda name: _touched(assembly, name))
+            problem = assembly.problem(bricks)
+            borne = BorneLoads(problem, problem.loads) if problem.has_joints else None
+            self._structures |= dict.fromkeys(bricks, _Structure(frozenset(bricks), borne))
+        return self._structures[brick]
+
+    # --- life cycle ---------------------------------------------------------------------------------------------------
+
+    def frozen(self, bricks: Collection[BodyId]) -> None:
+        """Drop the bodies of frozen bricks; their joints still hold."""
+        self._structures.clear()
+        for brick in bricks:
+            if brick in self._of:
+                self._forget(self._of[brick])
+
+    def woken(self, bricks: Collection[BodyId]) -> None:
+        """Forget the structures, which have changed."""
+        self._structures.clear()
+
+    def removed(self, bricks: Collection[BodyId]) -> None:
+        """Drop removed bricks, whose bodies the engine has unwelded."""
+        self._structures.clear()
+        for body in {self._of[brick] for brick in bricks if brick in self._of}:
+            self._forget(body)
+            self._add(body.without((), bricks))
+
+    def absorb(self, other: Self) -> None:
+        """Take over the records of another instance."""
+        self._of |= other._of
+        self._welded |= other._welded
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Structure:
+    """Connected frozen bricks."""
+
+    bricks: frozenset[BodyId]
+    borne: BorneLoads | None  # None without joints
+
+
+def _touched(assembly: Assembly, brick: BodyId) -> list[BodyId]:
+    bodies = (body for contact in assembly.contacts(brick) for body in (contact.lower, contact.upper))
+    return [body for body in bodies if body in assembly.bricks]

@@ -1,0 +1,228 @@
+"""Joined bricks that move on `exact`: what holds moves as one body, and joints open that do not bear their loads.
+
+All references are closed forms, or the run of one brick with the shape of the joined ones.
+"""
+
+from functools import cache
+from math import cos, radians, sin, sqrt
+
+import numpy as np
+import pytest
+
+from stability.geometry.rows import Array
+from stability.model import BodyId
+from stackdsl.simulation.recording import Recorder, Recording
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
+from stackdsl.simulation.worlds import settings_for
+from stackdsl.timeline import Timeline
+from stackdsl.trace import BrickState, EventKind, Trace
+from tests.scenes import compiled
+
+G = 9.81  # [m/s2]
+STRONG = "bond: {tension: 10 MPa, cohesion: 40 MPa}"
+ON_DRY_GROUND = f"of: stone, {STRONG}"
+
+
+def timeline_of(text: str) -> Timeline:
+    cases, mistakes = compiled(text)
+    assert mistakes == []
+    return cases[0].timeline
+
+
+@cache  # a run repeats to the last bit, so one serves all tests
+def played(text: str) -> tuple[Trace, Recording]:
+    recorder = Recorder()
+    trace = play(timeline_of(text), SYSTEMS["exact"], recorder=recorder)
+    assert trace.energy is not None
+    assert trace.energy.risen <= 1e-3 * trace.energy.of_what_moved
+    return trace, recorder.recording()
+
+
+def place(recording: Recording, brick: BodyId, time: float) -> Array:
+    """The centre of mass of a brick [m]."""
+    position: Array = recording.at(time).positions[recording.names.index(brick)]
+    return position
+
+
+def mean_place(recording: Recording, bricks: list[BodyId], time: float) -> Array:
+    mean: Array = np.mean([place(recording, brick, time) for brick in bricks], axis=0)
+    return mean
+
+
+# --- toppling and falling ---------------------------------------------------------------------------------------------
+
+ON_AN_EDGE = """
+scenario: edge
+brick_types:
+  bar: {{size: [{length} mm, 20 mm, 20 mm], mass: {mass} kg}}
+  base: {{size: [200 mm, 100 mm, 50 mm], mass: 2 kg}}
+brick: bar
+{joints}
+build:
+  - bricks: [{{brick: base, on: ground, name: base}}]
+    every: 1 s
+  - bricks: [{bars}]
+watch: 0.3 s
+expect: [{{collapses: any}}]
+"""
+
+
+def test_a_glued_pair_topples_over_an_edge_as_one_bar_of_its_length() -> None:
+    glued = ON_AN_EDGE.format(
+        length=100,
+        mass=0.04,
+        joints=f"joints: [{{between: [b, c], {STRONG}}}]",
+        bars="{at: [52 mm, 0 mm, 60 mm], name: b}, {at: [152 mm, 0 mm, 60 mm], name: c}",
+    )
+    one = ON_AN_EDGE.format(length=200, mass=0.08, joints="", bars="{at: [102 mm, 0 mm, 60 mm], name: a}")
+    (_, pair), (_, bar) = played(glued), played(one)
+    for time in (1.1, 1.2, 1.3):
+        fallen = 0.06 - place(bar, "a", time)
+        assert np.abs(mean_place(pair, ["b", "c"], time) - place(bar, "a", time)).max() < 1e-3 * abs(fallen[2])
+        assert np.linalg.norm(place(pair, "b", time) - place(pair, "c", time)) == pytest.approx(0.1, rel=1e-9)
+
+
+HANGING = """
+scenario: hanging
+brick_types:
+  pillar: {{size: [50 mm, 100 mm, 500 mm], mass: 2 kg}}
+  beam: {{size: [500 mm, 100 mm, 50 mm], mass: 3 kg}}
+  small: {{size: [60 mm, 40 mm, 20 mm], mass: 0.1 kg}}
+brick: small
+joints:
+  - {{between: [beam, small], pull: {pull} N}}
+  - {{between: [a, b], bond: {{tension: {tension} Pa, cohesion: 1 MPa}}}}
+build:
+  - bricks:
+      - {{brick: pillar, at: [-200 mm, 0 mm, 250 mm], name: p}}
+      - {{brick: pillar, at: [200 mm, 0 mm, 250 mm], name: q}}
+    every: 0.5 s
+  - bricks: [{{brick: beam, at: [0 mm, 0 mm, 525 mm], name: top}}]
+    every: 0.5 s
+  - bricks: [{{at: [0 mm, 0 mm, 490 mm], name: a}}]
+    every: 0.5 s
+  - bricks: [{{at: [0 mm, 0 mm, 470 mm], name: b}}]
+watch: 0.5 s
+expect: [{{collapses: any}}]
+"""
+
+
+def test_a_magnet_that_is_too_weak_lets_its_brick_fall_freely() -> None:
+    # The magnet bears 4 F: more than one brick of 0.1 kg weighs, and less than two.
+    trace, recording = played(HANGING.format(pull=0.4, tension=1e6))
+    assert {name for name, track in trace.tracks.items() if track.state is BrickState.FALLEN} == {"a", "b"}
+    landing = sqrt(2.0 * 0.46 / G)
+    for time in (0.1, 0.2, 0.9 * landing):
+        assert place(recording, "b", 2.0 + time)[2] == pytest.approx(0.47 - 0.5 * G * time * time, abs=1e-9)
+    # Together, as one body.
+    assert np.allclose(place(recording, "a", 9.0) - place(recording, "b", 9.0), (0.0, 0.0, 0.02), atol=1e-4)
+
+
+def test_only_the_glue_opens_if_it_is_weaker_than_the_magnet() -> None:
+    area = 0.06 * 0.04
+    for tension, fallen in ((0.1 * G / area * 0.999, {"b"}), (0.1 * G / area * 1.001, set[str]())):
+        trace, _ = played(HANGING.format(pull=10, tension=tension))
+        assert {name for name, track in trace.tracks.items() if track.state is BrickState.FALLEN} == fallen
+
+
+# --- hits -------------------------------------------------------------------------------------------------------------
+
+PIER = """
+scenario: pier
+brick_types:
+  stone: {{size: [200 mm, 200 mm, {height} mm], mass: {mass} kg}}
+brick: stone
+{joints}
+build:
+  - column: {{levels: {levels}, step: 0 mm{turn}}}
+impacts:
+  - push: {{brick: L{levels}.1, impulse: [{x} N*s, {y} N*s, 0 N*s], point: [0 mm, 0 mm, {point} mm]}}
+    at: 10 s
+watch: 1.5 s
+expect: [{{stands: all}}]
+"""
+BASE, HEIGHT, MASS = 0.2, 0.6, 48.0
+
+
+def pier(impulse: float, joints: str, levels: int = 6, angle: float = 0.0) -> str:
+    height = 600 // levels
+    return PIER.format(
+        height=height,
+        mass=MASS / levels,
+        joints=f"joints: [{{{joints}}}]" if joints else "",
+        levels=levels,
+        turn=f", heading: {angle} deg" if angle else "",
+        x=impulse * cos(radians(angle)),
+        y=impulse * sin(radians(angle)),
+        point=550 - (600 - 0.5 * height),
+    )
+
+
+def test_a_strong_pier_that_is_pushed_rocks_as_one_block() -> None:
+    # Housner 1963: the push turns the block about its edge; each landing loses part of the speed.
+    (_, joined), (_, one) = played(pier(15.0, ON_DRY_GROUND)), played(pier(15.0, "", levels=1))
+    names = [f"L{level}.1" for level in range(1, 7)]
+    about_edge = MASS * (BASE**2 + HEIGHT**2) / 3.0
+    speed, lever = 15.0 * 0.55 / about_edge, 0.5 * HEIGHT
+    assert mean_place(joined, names, 10.01)[0] == pytest.approx(lever * speed * 0.01, rel=0.05)
+    for time in (0.1, 0.2, 0.3, 0.4):
+        shift = place(one, "L1.1", 10.0 + time) - (0.0, 0.0, lever)
+        apart = mean_place(joined, names, 10.0 + time) - place(one, "L1.1", 10.0 + time)
+        assert np.linalg.norm(apart) < 3e-3 * np.linalg.norm(shift)
+
+
+def test_a_pushed_pier_opens_at_its_base_beyond_the_moment_that_its_mortar_bears() -> None:
+    # Tension over half of the width with lever b / 2, and the weight: t b^3 / 2 + W b / 2 = h J / d.
+    impulse = 15.0
+    duration = settings_for(timeline_of(pier(impulse, STRONG)), SYSTEMS["exact"]).time_step
+    tension = (0.55 * impulse / duration - 0.5 * BASE * MASS * G) / (0.5 * BASE**3)
+    for share, moves in ((1.001, False), (0.999, True)):
+        joints = f"bond: {{tension: {share * tension} Pa, cohesion: {10.0 * tension} Pa}}"
+        trace, _ = played(pier(impulse, joints))
+        woken = {name for event in trace.events if event.kind is EventKind.WOKEN for name in event.bricks}
+        assert ("L1.1" in woken) == moves
+
+
+def test_a_pier_without_strength_is_dry() -> None:
+    (_, weightless), (_, dry) = played(pier(15.0, "pull: 0 N")), played(pier(15.0, ""))
+    for time in (0.05, 0.1, 0.2):
+        for brick in ("L1.1", "L5.1", "L6.1"):
+            assert np.allclose(place(weightless, brick, 10.0 + time), place(dry, brick, 10.0 + time), atol=1e-4)
+
+
+def test_a_turned_pier_moves_alike() -> None:
+    names = [f"L{level}.1" for level in range(1, 7)]
+    (_, straight), (_, turned) = played(pier(15.0, ON_DRY_GROUND)), played(pier(15.0, ON_DRY_GROUND, angle=30.0))
+    x, _, z = mean_place(straight, names, 10.2)
+    assert x > 0.03
+    expected = (x * cos(radians(30.0)), x * sin(radians(30.0)), z)
+    assert np.allclose(mean_place(turned, names, 10.2), expected, atol=5e-3 * x)
+
+
+IN_THE_AIR = """
+scenario: air
+brick_types:
+  block: {{size: [100 mm, 40 mm, 40 mm], mass: 0.2 kg}}
+brick: block
+joints: [{{between: [a, b], bond: {{tension: {tension} Pa, cohesion: 10 MPa}}}}]
+build:
+  - bricks: [{{at: [0 mm, 0 mm, 2 m], name: a}}, {{at: [100 mm, 0 mm, 2 m], name: b}}]
+impacts:
+  - push: {{brick: a, impulse: [-0.2 N*s, 0 N*s, 0 N*s]}}
+    at: 0.05 s
+watch: 0.5 s
+expect: [{{collapses: any}}]
+"""
+
+
+def test_a_push_in_the_air_parts_a_pair_whose_joint_does_not_bear_its_half_and_keeps_the_momentum() -> None:
+    duration = settings_for(timeline_of(IN_THE_AIR.format(tension=1.0)), SYSTEMS["exact"]).time_step
+    tension = 0.5 * 0.2 / duration / 0.04**2  # to take along the half of the mass that is not pushed
+    for share, speeds in ((1.001, (-0.5, -0.5)), (0.999, (-1.0, 0.0))):
+        _, recording = played(IN_THE_AIR.format(tension=share * tension))
+        for time in (0.1, 0.3):
+            for brick, start, speed in zip("ab", (0.0, 0.1), speeds, strict=True):
+                x, _, z = place(recording, brick, time)
+                assert x == pytest.approx(start + speed * (time - 0.05), abs=1e-6)
+                assert z == pytest.approx(2.0 - 0.5 * G * time * time, abs=1e-6)
