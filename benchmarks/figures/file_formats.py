@@ -24,6 +24,10 @@ LOADS: Final = {
     "obj": "Wavefront OBJ, a brick per object",
     "mjcf": "scenes of MuJoCo, as XML",
     "urdf": "scenes of robots, as XML",
+    "stablelego": "structures of LEGO bricks of StableLego, as JSON",
+    "apex-mr": "tasks of APEX-MR, as JSON",
+    "brickgpt": "structures of LEGO bricks of BrickGPT, as lines",
+    "ldraw": "LDraw models of LEGO bricks, `.ldr` and `.mpd`",
 }
 REPORTS: Final = {
     "text": "what the terminal shows",

@@ -73,6 +73,7 @@ def imported(
     density: str | None = None,
     up: str | None = None,
     supports: str | None = None,
+    library: str | None = None,
     deck: str | Mapping[str, object] | None = None,
     origin: Sequence[str] | None = None,
     ignore: Sequence[str] | None = None,
@@ -93,12 +94,13 @@ def imported(
     density: for an OBJ or COMPAS file: density of all blocks
     up: for an OBJ file: the axis that points up
     supports: for a COMPAS file: `bricks` imports the fixed blocks as bricks
+    library: for a StableLego or APEX-MR file: the file with the sizes and masses of its bricks
     deck: deck of the pallet; boxes that overhang it are reported; default: that of the file
     origin: shift [x, y, z] of the load
     ignore: columns, keys or bodies of the file to leave out
     """
     kept = {"file": file, "format": format, "load": load, "settle": settle}
-    left_open = {"point": point, "units": units, "density": density, "up": up, "supports": supports}
+    left_open = {"point": point, "units": units, "density": density, "up": up, "supports": supports, "library": library}
     others = {"deck": deck, "origin": origin, "ignore": ignore}
     step = {"at": when, "after": after, "name": name, "every": every, "place": place, "jitter": jitter}
     return written({"import": written({**kept, **left_open, **others}), **step}, Part.LAYOUT)

@@ -33,6 +33,10 @@ EXAMPLES: Final[Mapping[str, Mapping[str, str]]] = {
         "stackdsl import cartons.csv --friction 0.4 > load.yaml": "boxes of a table, with units in its heading",
         "stackdsl import arch.obj --density '2400 kg/m3'": "blocks of a mesh",
     },
+    "export": {
+        "stackdsl export bridge.yaml > bridge.ldr": "a model of LEGO bricks, for LDraw viewers",
+        "stackdsl export bridge.yaml -k span=12": "one variant of a file",
+    },
     "run": {
         "stackdsl run tower.yaml --html tower.html": "plays every case, and writes a replay",
         "stackdsl run tower.yaml -k levels=8 --watch": "a page that follows each save of the file",

@@ -91,6 +91,7 @@ _LENGTHS, _MASSES = (
 @click.option(
     "--supports", type=click.Choice(("bricks",)), help="Import the fixed supports of a COMPAS file as bricks."
 )
+@click.option("--library", help="File with the sizes and masses of bricks, beside a StableLego or APEX-MR file.")
 @click.option(
     "--deck", help=f"Deck of the pallet, to report overhanging boxes: {', '.join(DECKS)}, or '1200 mm x 800 mm'."
 )
@@ -119,6 +120,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     density: str | None,
     up: str | None,
     supports: str | None,
+    library: str | None,
     deck: str | None,
     overhang: str | None,
     origin: tuple[str, str, str] | None,
@@ -129,7 +131,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 ) -> None:
     """Convert the boxes in FILE, written by another program, to a scenario, and print it."""
     of_load = {"format": format_, "load": load, "settle": settle, "point": point, "ignore": ignore, "origin": origin}
-    of_file = {"length": length, "mass": mass, "density": density, "up": up, "supports": supports}
+    of_file = {"length": length, "mass": mass, "density": density, "up": up, "supports": supports, "library": library}
     asked = _asked(file=str(file), deck=_deck(deck, overhang), **of_load, **of_file)
 
     def beside(named: str) -> bytes:
@@ -203,7 +205,7 @@ def _call_arguments() -> Sequence[str]:
 TOO_LARGE: Final = "SD006"  # a file over the limit of its kind
 OPEN: Final = "SD115"  # a property that the file leaves open
 KEY: Final = re.compile(r"`(?P<key>\w+)(?:: (?:\{(?P<inside>[^`}]*)\}|(?P<value>[^`]+)))?`")
-OPTIONS: Final = ("format", "load", "settle", "point", "density", "up", "supports", "ignore", "origin")
+OPTIONS: Final = ("format", "load", "settle", "point", "density", "up", "supports", "library", "ignore", "origin")
 
 
 def _as_options(hint: str) -> str:

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from stackdsl.diagnostics import Diagnostic, Span, reading_order
 from stackdsl.importers.formats import MAX_IMPORTED
-from stackdsl.importers.imported_friction import friction_conflict
+from stackdsl.importers.imported_friction import conflict
 from stackdsl.importers.load import UnreadableLoadError, written_box
 from stackdsl.importers.load_warnings import load_warnings
 from stackdsl.importers.overhang import permitted_area
@@ -161,7 +161,7 @@ def _imported(
                 "SD115", unfit.span, "`settle` can move upright boxes only, but this body is inclined or a solid", hint
             )
         )
-    if (mistake := friction_conflict(load, source, span)) is not None:
+    if (mistake := conflict(load, options, source, span)) is not None:
         raise _InvalidImportError(mistake)
     return settled(load, options.settle), file, options
 

@@ -9,6 +9,8 @@ import yaml
 
 from stackdsl.diagnostics import Diagnostic, Span, page_of
 from stackdsl.importers.imported_friction import written_world
+from stackdsl.importers.ldraw import read_ldraw
+from stackdsl.importers.lego import read_brickgpt, read_stablelego
 from stackdsl.importers.load import ImportedLoad, LoadReading, UnreadableLoadError, shifted, written_box
 from stackdsl.importers.meshes import read_compas, read_obj
 from stackdsl.importers.pallets import read_bed_bpp, read_pallet_sim
@@ -31,6 +33,11 @@ SAVED_AS: Final[Mapping[str, str]] = {
 }
 _CORNER: Final = re.compile(r"^v\s+[-+.\d]", re.MULTILINE)  # a line of an OBJ file
 _ROOT: Final = re.compile(r"\A(?:<\?[^>]*>|<!--(?:(?!-->).)*-->|<!(?!--)[^>]*>|\s)*<(mujoco|robot)\b", re.DOTALL)
+# How the first line of a file of each format begins.
+FIRST_LINES: Final[Mapping[Format, re.Pattern[str]]] = {
+    "brickgpt": re.compile(r"\d+x\d+ ?\(\d+,"),
+    "ldraw": re.compile(r"0[ \t]+[^\d\s,;]|1(?:[ \t]+[-+.\w]+){13}[ \t]+\S+\.(?:dat|ldr|mpd)\b", re.IGNORECASE),
+}
 _FACE: Final = re.compile(r"^f\s+-?\d", re.MULTILINE)
 
 READERS: Final[Mapping[Format, Callable[[LoadReading, Import], ImportedLoad]]] = {
@@ -39,6 +46,10 @@ READERS: Final[Mapping[Format, Callable[[LoadReading, Import], ImportedLoad]]] =
     "bed-bpp": lambda reading, options: read_bed_bpp(reading, options.load),
     "compas": read_compas,
     "obj": read_obj,
+    "stablelego": lambda reading, options: read_stablelego(reading, options.library),
+    "apex-mr": lambda reading, options: read_stablelego(reading, options.library, lowest=None),
+    "brickgpt": lambda reading, _: read_brickgpt(reading),
+    "ldraw": lambda reading, _: read_ldraw(reading),
     "mjcf": lambda reading, options: _read_engine_scene("mjcf", reading, options),
     "urdf": lambda reading, options: _read_engine_scene("urdf", reading, options),
 }
@@ -93,10 +104,15 @@ def _format_of(reading: LoadReading) -> Format:
             ("pallet-sim", ('"pallets"', '"articles"')),
             ("bed-bpp", ('"flb_coordinates"',)),
             ("compas", ('"dtype"', '"graph"', '"block"')),
+            ("apex-mr" if '"press_x"' in text else "stablelego", ('"brick_id"', '"ori"')),
         )
         matches = [format_ for format_, words in signs if all(word in text for word in words)]
-        if len(matches) == 1:
-            return matches[0]
+    else:
+        matches = [format_ for format_, first in FIRST_LINES.items() if first.match(text)]
+    if len(matches) == 1:
+        return matches[0]
+    if text.startswith("{"):
+        json_text(reading)  # raises UnreadableLoadError at a syntax error, such as the end of a truncated file
     elif (root := _ROOT.search(text)) is not None:
         return "mjcf" if root[1] == "mujoco" else "urdf"
     elif _CORNER.search(text) and _FACE.search(text):
@@ -106,8 +122,6 @@ def _format_of(reading: LoadReading) -> Format:
     if not text.strip():
         reading.wrong(reading.page.span(0, 0), "the file is empty", "export it again")
         raise UnreadableLoadError(reading.mistakes)
-    if text.startswith("{"):
-        json_text(reading)  # raises UnreadableLoadError at a syntax error, such as the end of a truncated file
     reading.undetermined(
         reading.page.span(0, 0),
         "the format of the file cannot be recognised",
@@ -142,11 +156,13 @@ def _lines(
     yield from (f"# {note}" for note in notes)
     yield f"scenario: {name}"
     yield f"friction: {friction!r}"
+    if load.on_base_plate:
+        yield "world: {ground: {studs: lego}}"
     if load.surfaces is not None:
         yield f"world: {_flow(written_world(load.surfaces))}"
     yield "build:"
-    yield "  - every: 1 s"
-    yield "    bricks:"
+    # Bricks with studs may hang from later ones, so they are placed together.
+    yield "  - bricks:" if load.on_base_plate else "  - every: 1 s\n    bricks:"
     for number, box in enumerate(load.boxes, 1):
         yield f"      - {_flow(written_box(box))}"
         on_share(number / len(load.boxes))

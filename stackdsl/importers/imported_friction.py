@@ -1,4 +1,4 @@
-"""Compares the friction of an imported file with that of the scenario.
+"""Compares the friction and the base plate of an imported file with those of the scenario.
 
 An import sets the friction of each brick. The rule that combines the frictions of two bricks in contact, and the
 friction of the ground, belong to the scenario.
@@ -10,14 +10,17 @@ from typing import Any, Final
 
 from stability.contact_law import Rule
 from stackdsl.diagnostics import Diagnostic, Span
-from stackdsl.importers.load import ImportedLoad, ImportedSurfaces, digits
+from stackdsl.importers.load import BASE_PLATE, ImportedLoad, ImportedSurfaces, digits
+from stackdsl.language.imports import Import
 from stackdsl.language.yaml.source import Plain, Source
 
 IGNORE_HINT: Final = "or ignore: ['friction']"
 
 
-def friction_conflict(load: ImportedLoad, source: Source, span: Span) -> Diagnostic | None:
-    """Return a diagnostic at `span` if the scenario leaves out or contradicts the friction of the file."""
+def conflict(load: ImportedLoad, options: Import, source: Source, span: Span) -> Diagnostic | None:
+    """Return a diagnostic at `span` if the scenario leaves out or contradicts friction or ground of the file."""
+    if BASE_PLATE not in options.ignore and (missing := base_plate_conflict(load, source, span)) is not None:
+        return missing
     if load.surfaces is None:
         return None
     return _rule_conflict(load.surfaces.rule, source, span) or _ground_conflict(load.surfaces.ground, source, span)
@@ -39,6 +42,16 @@ def _ground_conflict(ground: Fraction | None, source: Source, span: Span) -> Dia
     message = f"this file sets a friction coefficient of {digits(ground)} for the ground, but the scenario sets none"
     hint = f"write world: {{ground: {{friction: {digits(ground)}}}}}, {IGNORE_HINT}"
     return Diagnostic("SD115", span, message, hint)
+
+
+def base_plate_conflict(load: ImportedLoad, source: Source, span: Span) -> Diagnostic | None:
+    """Return a diagnostic at `span` if the bricks of a file stand on a base plate that the scenario does not have."""
+    world: Any = source.values.get("world")
+    ground = world.get("ground") if isinstance(world, Mapping) else None
+    if not load.on_base_plate or (isinstance(ground, Mapping) and "studs" in ground):
+        return None
+    message = "the bricks of the file stand on a base plate, but the ground of the scenario has no studs"
+    return Diagnostic("SD115", span, message, "write world: {ground: {studs: lego}}, or ignore: ['base plate']")
 
 
 def missing_rule(span: Span, rule: str, ignore: str) -> Diagnostic:

@@ -9,9 +9,11 @@ from typing import Any, Final, TypeAlias
 from stability.contact_law import Rule
 from stability.model import Vec3
 from stackdsl.diagnostics import MOST_REPORTED, Diagnostic, Page, Span, reading_order
+from stackdsl.language.lego import PITCH, PLATE, PLATES
 from stackdsl.language.yaml.source import Plain
 
 Exact3: TypeAlias = tuple[Fraction, Fraction, Fraction]
+BASE_PLATE: Final = "base plate"  # in `ignore`: bricks with studs stand on a ground without studs
 LEVEL: Final[Exact3] = (Fraction(0), Fraction(0), Fraction(0))
 
 
@@ -28,6 +30,8 @@ class ImportedBox:
     corners: tuple[Exact3, ...] | None = None  # of a solid, along its body axes, from `centre`; None for a box [m]
     centre_of_mass: Exact3 | None = None  # along its body axes, from `centre` [m]; None for uniform density
     friction: Fraction | None = None  # Coulomb coefficient; None to use that of the scenario
+    kind: str | None = None  # of the catalogue; None for one with this size and mass
+    has_studs: bool = False  # whether LEGO studs hold it
 
     @property
     def is_upright(self) -> bool:
@@ -71,6 +75,7 @@ class ImportedLoad:
     surfaces: ImportedSurfaces | None = None  # None if the scenario sets all frictions
     deck: Deck | None = None  # None if the file gives none
     likely_point: str = ""  # `corner` or `centre`, if the lowest boxes of a table show it
+    on_base_plate: bool = False  # whether LEGO studs on the ground hold the lowest boxes
     prefix: str = ""  # put before names that begin with a digit; empty if there are none
 
 
@@ -147,7 +152,7 @@ class LoadReading:
         """Return the load of these boxes. Raises UnreadableLoadError for any mistake, or without boxes."""
         self.end()
         start = self.page.span(0, 0)
-        for name in sorted(self.ignored - self.used):
+        for name in sorted(self.ignored - self.used - {BASE_PLATE}):
             self.undetermined(
                 start, f"`ignore` lists '{name}', but the file does not contain it", "remove it from `ignore`"
             )
@@ -172,6 +177,8 @@ def shifted(load: ImportedLoad, by: Vec3) -> ImportedLoad:
 
 def written_box(box: ImportedBox) -> dict[str, Plain]:
     """Return a box as an item of `bricks` in YAML."""
+    if box.has_studs:
+        return _written_on_studs(box)
     name: dict[str, Plain] = {"name": box.name} if box.name is not None else {}
     turn: dict[str, Plain] = {} if box.turn == LEVEL else {"rotate": [f"{digits(part)} deg" for part in box.turn]}
     brick: dict[str, Plain] = _form(box) | {"mass": f"{digits(box.mass)} kg"}
@@ -179,6 +186,26 @@ def written_box(box: ImportedBox) -> dict[str, Plain]:
         brick["centre_of_mass"] = _lengths(box.centre_of_mass)
     friction: dict[str, Plain] = {} if box.friction is None else {"friction": float(box.friction)}
     return {**name, "at": _lengths(box.centre), **turn, "brick": brick, **friction}
+
+
+def _written_on_studs(box: ImportedBox) -> dict[str, Plain]:
+    """Return a brick with studs, by its place in studs if it is on their grid."""
+    brick: Plain = box.kind or {"size": _lengths(box.size), "mass": f"{digits(box.mass)} kg", "studs": "lego"}
+    length, width, height = box.size
+    x, y, z = box.centre
+    turned = box.turn != LEVEL
+    along, across = (width, length) if turned else (length, width)
+    cell = (x - along / 2) / PITCH, (y - across / 2) / PITCH, (z - height / 2) / PLATE
+    place: dict[str, Plain]
+    if all(part.denominator == 1 for part in cell) and cell[2] >= 0:
+        plates = int(cell[2])
+        count, unit = (plates // PLATES, "brick") if plates % PLATES == 0 else (plates, "plate")
+        tall: Plain = f"{count} {unit}{'s' * (count > 1)}" if plates else 0
+        place = {"stud": [int(cell[0]), int(cell[1]), tall], **({"turned": True} if turned else {})}
+    else:
+        rotate: list[Plain] = [f"{digits(part)} deg" for part in box.turn]
+        place = {"at": _lengths(box.centre), **({"rotate": rotate} if turned else {})}
+    return {"name": box.name, **place, "brick": brick}
 
 
 def _form(box: ImportedBox) -> dict[str, Plain]:

@@ -59,7 +59,7 @@ CATALOGUE: Final[Mapping[str, CatalogueBrick]] = {
     # Sides of exactly 1:3:15, the plank of the published method. Density of the same wood, rather than the same mass:
     # a density common to all bricks does not change the behaviour of a structure.
     "kapla-ideal": CatalogueBrick((0.120, 0.024, 0.008), PINE),
-    **{name: CatalogueBrick(part.size, part.mass / prod(part.size), LEGO_STUDS) for name, part in LEGO.items()},
+    **{name: CatalogueBrick(part.size, float(part.mass) / prod(part.size), LEGO_STUDS) for name, part in LEGO.items()},
 }
 
 

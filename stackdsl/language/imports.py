@@ -13,7 +13,9 @@ from stackdsl.language.model_base import AtLeastOneKey, AuthorModel, Shorthand, 
 from stackdsl.language.quantities import EXTENT, InputError, exact_quantity, quantity_pattern, shown
 from stackdsl.language.value_types import Reads, text_schema
 
-Format: TypeAlias = Literal["table", "pallet-sim", "bed-bpp", "compas", "obj", "mjcf", "urdf"]
+Format: TypeAlias = Literal[
+    "table", "pallet-sim", "bed-bpp", "compas", "obj", "mjcf", "urdf", "stablelego", "apex-mr", "brickgpt", "ldraw"
+]
 LOAD_FORMATS: Final[tuple[Format, ...]] = get_args(Format)
 # The formats that each key applies to. The others have the value in the file, or do not need it.
 OF_FORMATS: Final[Mapping[str, tuple[Format, ...]]] = {
@@ -23,6 +25,7 @@ OF_FORMATS: Final[Mapping[str, tuple[Format, ...]]] = {
     "density": ("compas", "obj"),
     "up": ("obj",),
     "supports": ("compas",),
+    "library": ("stablelego", "apex-mr"),
 }
 
 _ADVICE: Final = "write `as written`, `down`, or a largest gap such as `within 5 mm`"
@@ -128,6 +131,9 @@ class Import(AuthorModel):
     up: Literal["+y", "+z"] | None = Field(None, description="vertical axis of an OBJ file")
     supports: Literal["bricks"] | None = Field(
         None, description="`bricks` reads the fixed blocks of a COMPAS file as movable bricks"
+    )
+    library: str | None = Field(
+        None, description="file with the sizes and masses of the bricks of a StableLego or APEX-MR file, beside it"
     )
     deck: DeckWords | None = Field(
         None, description="deck of the pallet, for the check of overhang; default: from the file"

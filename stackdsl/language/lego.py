@@ -22,7 +22,7 @@ class LegoPart:
 
     studs: tuple[int, int]  # length and width
     plates: int  # of height
-    mass: float  # [kg]
+    mass: Fraction  # [kg]
     ldraw: tuple[str, ...]  # its numbers without `.dat`; the first one is written
 
     @property
@@ -72,7 +72,7 @@ _PLATES: Final = (
 
 # By name; the smaller number of studs comes first in a name, as in shops.
 LEGO: Final[Mapping[str, LegoPart]] = {
-    f"{prefix}{width}x{length}": LegoPart((length, width), plates, grams / 1000.0, ldraw)
+    f"{prefix}{width}x{length}": LegoPart((length, width), plates, Fraction(repr(grams)) / 1000, ldraw)
     for prefix, plates, parts in (("lego_", PLATES, _BRICKS), ("lego_plate_", 1, _PLATES))
     for (length, width), grams, ldraw in parts
 }

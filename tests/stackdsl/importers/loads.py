@@ -3,7 +3,7 @@
 import csv
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
@@ -83,6 +83,27 @@ OWN: Final = Path(__file__).parents[3] / "scenarios" / "loads"
 ASSEMBLY, SLABS, LINKS = (OWN / name for name in ("wedge.assembly.json", "slabs.obj", "crates.urdf"))
 SCENE = OWN / "crates.xml"
 
+
+def _lego(first: int, **others: object) -> str:
+    """A wall of three bricks, of which one is across."""
+    bricks = {
+        str(number): {"x": x, "y": 4, "z": z + first, "brick_id": kind, "ori": ori, **others}
+        for number, (x, z, kind, ori) in enumerate(((3, 0, 2, 1), (7, 0, 12, 0), (5, 1, 9, 0)), start=1)
+    }
+    return json.dumps(bricks, indent=1)
+
+
+LDRAW: Final = """0 FILE wall.ldr
+0 a wall of two arms
+1 4 0 -24 0 1 0 0 0 1 0 0 0 1 arm.ldr
+1 1 60 -24 20 0 0 1 0 1 0 -1 0 0 arm.ldr
+0 STEP
+1 15 40 -32 0 1 0 0 0 1 0 0 0 1 3020.dat
+0 FILE arm.ldr
+1 16 0 0 0 1 0 0 0 1 0 0 0 1 3003.DAT
+1 16 10.5 -24 10 0 0 -1 0 1 0 1 0 0 3004.dat
+"""
+
 TEXTS: Final[dict[Format, str]] = {
     "table": TABLE,
     "pallet-sim": PALLET,
@@ -91,6 +112,10 @@ TEXTS: Final[dict[Format, str]] = {
     "obj": SLABS.read_text(encoding="utf-8"),
     "urdf": LINKS.read_text(encoding="utf-8"),
     "mjcf": SCENE.read_text(encoding="utf-8"),
+    "stablelego": _lego(0),
+    "apex-mr": _lego(1, press_x=3, manipulate_type=0),
+    "brickgpt": "2x4 (0,0,0)\n1x2 (0,1,1)\n\n6x2 (0,0,2)\n",
+    "ldraw": LDRAW,
 }
 _OF_MESHES: Final[dict[str, object]] = {"units": {"length": "m"}, "density": "2400 kg/m3"}
 # What the author has to say of a file of each format.
@@ -102,6 +127,10 @@ SAID: Final[dict[Format, dict[str, object]]] = {
     "obj": {**_OF_MESHES, "up": "+y"},
     "urdf": {},
     "mjcf": {},
+    "stablelego": {},
+    "apex-mr": {},
+    "brickgpt": {},
+    "ldraw": {},
 }
 
 
@@ -129,7 +158,15 @@ def read_otherwise(format_: str, text: str) -> list[Box]:
         return list(_bodies(text))
     if format_ == "table":
         return [_row(row) for row in csv.DictReader(text.splitlines(), strict=True)]
+    if format_ == "brickgpt":
+        return [_of_cells(*map(int, re.findall(r"\d+", line))) for line in text.splitlines() if line.strip()]
+    if format_ == "ldraw":
+        return list(_of_models(text))
     whole = json.loads(text, object_pairs_hook=_each_once)
+    if format_ in {"stablelego", "apex-mr"}:
+        return list(
+            _of_wall(whole.values(), 0 if format_ == "stablelego" else min(each["z"] for each in whole.values()))
+        )
     if format_ == "compas":
         nodes = whole["data"]["graph"]["data"]["node"]
         return [_of_corners(_used(node["block"]["data"])) for node in nodes.values()]
@@ -138,6 +175,62 @@ def read_otherwise(format_: str, text: str) -> list[Box]:
         return [_action(action) for action in actions]
     (pallet,) = whole["pallets"]
     return [_of_pallet(box, whole["articles"]) for box in pallet["boxes"]]
+
+
+GRAMS: Final = {
+    **{(1, 1): 0.43, (2, 1): 0.81, (3, 1): 1.2, (4, 1): 1.57, (6, 1): 2.28, (8, 1): 3.03},
+    **{(2, 2): 1.15, (3, 2): 1.71, (4, 2): 2.16, (6, 2): 3.23, (8, 2): 4.3},
+}
+
+
+def _of_cells(along: int, across: int, x: int, y: int, z: int) -> Box:
+    """A brick of so many studs from its lowest cell, in exact tenths of a millimetre."""
+    longer, shorter = sorted((along, across), reverse=True)
+    size = (Fraction(8 * longer, 1000), Fraction(8 * shorter, 1000), Fraction(96, 10_000))
+    centre = (Fraction(8 * x + 4 * along, 1000), Fraction(8 * y + 4 * across, 1000), Fraction(96 * z + 48, 10_000))
+    return tuple(map(float, size)), tuple(map(float, centre)), float(Fraction(repr(GRAMS[longer, shorter])) / 1000)
+
+
+def _of_wall(bricks: Iterable[dict[str, int]], lowest: int) -> Iterator[Box]:
+    studs = {1: (2, 2), 2: (2, 4), 3: (2, 6), 4: (1, 8), 5: (1, 4), 6: (1, 6), 9: (1, 2), 10: (1, 1), 12: (2, 2)}
+    for brick in bricks:
+        one, other = studs[brick["brick_id"]]
+        along, across = (other, one) if brick["ori"] else (one, other)
+        size, centre, mass = _of_cells(along, across, brick["x"], brick["y"], brick["z"] - lowest)
+        yield size, centre, 0.2 if brick["brick_id"] == 1 else mass
+
+
+def _of_models(text: str) -> Iterator[Box]:
+    """The parts of an LDraw model, by matrices, with the lowest one at height 0."""
+    lines: list[list[str]] = []
+    models = {"": lines}
+    for words in map(str.split, text.splitlines()):
+        if [word.upper() for word in words[:2]] == ["0", "FILE"] and len(words) > 2:
+            lines = models.setdefault(" ".join(words[2:]).lower(), [])
+        else:
+            lines.append(words)
+    parts = {"3003.dat": (2, 2, 96, 1.15), "3004.dat": (2, 1, 96, 0.81), "3020.dat": (4, 2, 32, 1.15)}
+
+    def placed(name: str, frame: NDArray[np.float64]) -> Iterator[tuple[tuple[float, ...], NDArray[np.float64], float]]:
+        for words in models[name]:
+            if not words or words[0] == "0":
+                continue
+            assert words[0] == "1"
+            x, y, z, *turn = (float(word) for word in words[2:14])
+            own = frame @ np.block([[np.reshape(turn, (3, 3)), np.array([[x], [y], [z]])], [np.zeros(3), 1.0]])
+            file = " ".join(words[14:]).lower()
+            if file in parts:
+                length, width, height, grams = parts[file]
+                top = np.round(own[:3, 3], 2) * 0.4e-3
+                middle = np.array([top[0], top[2], -top[1] - 0.5e-4 * height])
+                yield (8e-3 * length, 8e-3 * width, 1e-4 * height), middle, 1e-3 * grams
+            else:
+                yield from placed(file, own)
+
+    first = "" if any(words[0] != "0" for words in models[""] if words) else list(models)[1]
+    found = list(placed(first, np.eye(4)))
+    ground = min(middle[2] - 0.5 * size[2] for size, middle, _ in found)
+    yield from ((size, (middle[0], middle[1], middle[2] - ground), mass) for size, middle, mass in found)
 
 
 def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
