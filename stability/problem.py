@@ -3,7 +3,7 @@
 A body that is not among the bricks of a problem is fixed: the ground, a wall, or a brick that counts as fixed.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import inf
@@ -70,6 +70,14 @@ class Problem:
     def has_joints(self) -> bool:
         """Return whether some contact forces are bounded, so that proofs of equilibrium cannot all be added."""
         return not all(contact.law.is_cone for contact in self.contacts)
+
+    def part(self, bricks: Collection[BodyId]) -> "Problem":
+        """Return the problem of some bricks with the others held fixed."""
+        return replace(
+            self,
+            bricks={name: self.bricks[name] for name in sorted(bricks)},
+            contacts=[c for c in self.contacts if c.lower in bricks or c.upper in bricks],
+        )
 
     def require_dry(self, what: str) -> None:
         """Raise OtherLawError if there are joints, for an analysis that supports dry contacts only."""

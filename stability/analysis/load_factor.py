@@ -5,10 +5,11 @@ loads do more work than the contacts can take proves one from above. The theorem
 when they yield. A dry structure bears any multiple of its own weight or none, since friction grows with the weight.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 
@@ -22,13 +23,17 @@ from stability.statics.equilibrium import (
     ACCURACIES,
     STILL,
     balance,
+    first_mechanism,
     proven_forces,
     proven_motion,
     without_bounded_forces,
 )
 from stability.statics.load_factor import central_forces, yielding
-from stability.statics.proof import power_of_joints
+from stability.statics.proof import check_forces, check_motion, power_of_joints
+from stability.statics.stud_program import StudPoint, stud_point
 from stability.statics.wrench_matrix import wrench_matrix
+
+Proof = TypeVar("Proof", Forces, Motion)
 
 SHARES: Final = (
     1e-9,
@@ -74,6 +79,10 @@ def load_factor(
     """
     admit_problem(problem)
     tolerances = rounded(problem, tolerances)
+    if growing is None and problem.has_joints:
+        studded = _studded_factor(problem, tolerances)
+        if studded is not None:
+            return studded
     grown = GrownLoads(problem, growing)
     now = balance(problem, tolerances)
     if growing is not None and now.forces is None:
@@ -91,6 +100,33 @@ def load_factor(
         return None
     joints = tuple(_yielding_joints(grown.at(above[0]), above[1]))
     return LoadFactor(below[0], above[0], below[1], above[1], joints)
+
+
+def _studded_factor(problem: Problem, tolerances: Tolerances) -> LoadFactor | None:
+    """Return the load factor by the small programs of studded bricks; None unless they prove both bounds."""
+    points = (stud_point(problem, vertical=vertical) for vertical in (True, False))
+    return next((found for point in points if (found := _proven_factor(problem, point, tolerances))), None)
+
+
+def _proven_factor(problem: Problem, point: StudPoint | None, tolerances: Tolerances) -> LoadFactor | None:
+    """Return the load factor of a point if both bounds are proven."""
+    motion = None if point is None or not point.share > NONE else first_mechanism(problem, point)
+    if point is None or motion is None:
+        return None
+    grown = GrownLoads(problem, None)
+
+    def forces_at(factor: float) -> Forces | None:
+        forces = point.forces(factor)
+        return forces if check_forces(grown.at(factor), forces, tolerances).holds else None
+
+    def motion_at(factor: float) -> Motion | None:
+        return motion if check_motion(grown.at(factor), motion, tolerances).holds else None
+
+    above = _closest(1.0 / point.share, 1.0, motion_at)
+    below = None if above is None else _closest(1.0 / point.share, -1.0, forces_at)
+    if below is None or above is None:
+        return None
+    return LoadFactor(below[0], above[0], below[1], motion, tuple(_yielding_joints(grown.at(above[0]), motion)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,8 +155,8 @@ def bracket_of(grown: "GrownLoads", tolerances: Tolerances) -> Bracket:
             return Bracket(at_once=at_once)
         factor = 1.0 / point.share if point.share > 0.0 else inf
         if factor < inf:
-            below = below or _below(grown, factor, carried, tolerances)
-            above = above or _above(grown, factor, falling, tolerances)
+            below = below or _closest(factor, -1.0, partial(forces_at, grown, carried=carried, tolerances=tolerances))
+            above = above or _closest(factor, 1.0, partial(motion_at, grown, motion=falling, tolerances=tolerances))
         if below is not None and above is not None:
             break
         carried = carried or system.greatest_forces(point.rows)
@@ -157,23 +193,13 @@ def _times(factor: float, load: Wrench) -> Wrench:
     return Wrench(scale(factor, load.force_W), scale(factor, load.torque_W))
 
 
-def _below(
-    grown: GrownLoads, factor: float, carried: Mapping[BodyId, float] | None, tolerances: Tolerances
-) -> tuple[float, Forces] | None:
-    """Return a factor close below another one, with the forces that prove it."""
+def _closest(factor: float, side: float, proof: Callable[[float], Proof | None]) -> tuple[float, Proof] | None:
+    """Return the closest factor above another one, or below it for a `side` of -1, that has a proof, with the proof."""
     for share in SHARES:
-        forces = forces_at(grown, factor * (1.0 - share), carried, tolerances)
-        if forces is not None:
-            return factor * (1.0 - share), forces
-    return None
-
-
-def _above(grown: GrownLoads, factor: float, falling: Motion, tolerances: Tolerances) -> tuple[float, Motion] | None:
-    """Return a factor close above another one, with the motion that proves it."""
-    for share in SHARES:
-        motion = motion_at(grown, factor * (1.0 + share), falling, tolerances)
-        if motion is not None:
-            return factor * (1.0 + share), motion
+        at = factor * (1.0 + side * share)
+        proven = proof(at)
+        if proven is not None:
+            return at, proven
     return None
 
 

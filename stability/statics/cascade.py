@@ -122,6 +122,9 @@ def judge(
     With `names_smallest` the verdict names the smallest falling set that is found; falls of one of the `doubted`
     bricks, which have no proof, are searched first.
     """
+    if structure.is_joined():
+        answer = _cones(structure, sorted(partners.of(structure.component(brick))), last=True)
+        return _falls(structure, answer, names_smallest) if isinstance(answer, _Falling) else answer or StageAnswer()
     fallen = _tips(structure, brick)
     if fallen is not None:
         return fallen
@@ -264,7 +267,7 @@ def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> StageAn
     optimistic = balance(fixed, structure.tolerances) if alone else None
     motion = optimistic.motion if optimistic is not None else falling_motion(fixed, structure.tolerances)
     if motion is not None:
-        return _Falling(fixed, motion)
+        return _Falling(fixed.part(motion.velocity) if fixed.has_joints else fixed, motion)
     careful = _proven_in_cones(structure, group, optimistic)
     if careful.group is not None:
         return StageAnswer(careful.group)
@@ -293,9 +296,9 @@ def _proven_in_cones(structure: Structure, group: Sequence[BodyId], if_fixed: "B
     alone = not landings and len(inner) == len(contacts)
     problem = structure.problem(group, contacts if alone else [*inner, *(landing for landing, _ in landings)])
     answer = if_fixed if alone and if_fixed is not None else balance(problem, structure.tolerances)
-    honest = (
-        forces_without_self_stress(problem, answer.forces, structure.tolerances) if answer.forces is not None else None
-    )
+    honest = answer.forces
+    if honest is not None and not answer.frictionless:
+        honest = forces_without_self_stress(problem, honest, structure.tolerances)
     if honest is None:
         return _Careful(problem, answer)
     of_inner, of_outer = honest.of_contacts[: len(inner)], honest.of_contacts[len(inner) :]

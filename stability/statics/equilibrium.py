@@ -14,6 +14,7 @@ from stability.statics.conic_program import SOLVED, ConicProgram, Solver, clarab
 from stability.statics.load_factor import central_forces, yielding
 from stability.statics.proof import check_forces, check_motion, least_separating_speed
 from stability.statics.propagation import is_held_upright
+from stability.statics.stud_program import StudPoint, stud_point
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
 # Separating motions: they open contacts strictly.
@@ -56,9 +57,7 @@ def separating_motion(problem: Problem, solver: Solver = clarabel_solve) -> Moti
 
 def separating_velocities(problem: Problem, moving: Collection[BodyId]) -> Mapping[BodyId, Vec3] | None:
     """Return velocities, at most 1, that strictly open all contacts of moving bricks with the rest fixed; or None."""
-    bricks = {name: problem.bricks[name] for name in sorted(moving)}
-    contacts = [c for c in problem.contacts if c.lower in bricks or c.upper in bricks]
-    part = without_bounded_forces(replace(problem, bricks=bricks, contacts=contacts))
+    part = without_bounded_forces(problem.part(moving))
     for motion in _opening(part):
         fastest = max(hypot(*velocity) for velocity, _ in motion.velocity.values())
         return {name: scale(1.0 / fastest, velocity) for name, (velocity, _) in motion.velocity.items()}
@@ -192,6 +191,7 @@ class Balance:
     forces: Forces | None
     motion: Motion | None
     note: str  # why there is neither; otherwise empty
+    frictionless: bool = False  # the forces at dry contacts are along normals, and so free of self-stress
 
 
 def balance(
@@ -230,6 +230,9 @@ STILL = (1e-4, 1e-3, 1e-5, 1e-6, 1e-7, 1e-9, 0.0)  # as `QUIET`, for the program
 
 def _yielding_balance(problem: Problem, tolerances: Tolerances, solver: Solver) -> Balance:
     """Return the balance of a problem with bounded contact forces: central forces, or the motion of its load factor."""
+    studded = _studded_balance(problem, tolerances)
+    if studded is not None:
+        return studded
     carried: Mapping[BodyId, float] | None = None
     notes = []
     for accuracy in ACCURACIES:
@@ -251,6 +254,27 @@ def _yielding_balance(problem: Problem, tolerances: Tolerances, solver: Solver) 
     return Balance(None, None, "; ".join(notes))
 
 
+def _studded_balance(problem: Problem, tolerances: Tolerances) -> Balance | None:
+    """Return the balance by the small programs of studded bricks; None if they prove nothing."""
+    for vertical in (True, False):
+        point = stud_point(problem, vertical=vertical)
+        if point is None:
+            continue
+        forces = point.forces() if point.share <= 1.0 else None
+        if forces is not None and check_forces(problem, forces, tolerances).holds:
+            return Balance(forces, None, "", frictionless=True)
+        motion = first_mechanism(problem, point)
+        if motion is not None and check_motion(problem, motion, tolerances).holds:
+            return Balance(None, motion, "")
+    return None
+
+
+def first_mechanism(problem: Problem, point: StudPoint) -> Motion | None:
+    """Return the motion, unproven, of those bricks alone that move in the mechanism of a point."""
+    alone = stud_point(problem.part(point.moving()), vertical=False)
+    return None if alone is None else alone.motion()
+
+
 def falling_motion(
     problem: Problem,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
@@ -263,6 +287,9 @@ def falling_motion(
     if is_held_upright(problem):
         return None
     if problem.has_joints:
+        studded = _studded_balance(problem, tolerances)
+        if studded is not None:
+            return studded.motion
         system = wrench_matrix(problem, any_law=True)
         yields = yielding(system, system.loads, None, QUICK, solver)
         stands = isinstance(yields, str) or (yields.status == SOLVED and yields.share <= 1.0)

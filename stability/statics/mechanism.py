@@ -8,7 +8,7 @@ of all motions of the remaining bricks, the initial one is taken (Gauss: least e
 """
 
 from collections.abc import Collection, Iterator, Sequence, Set
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import hypot
 
 import numpy as np
@@ -46,6 +46,8 @@ def smallest_mechanism(
         return motion
     search = _Search(problem, tolerances, solver, quick)
     least = search.alone(min(parts, key=lambda part: (len(part.velocity), min(part.velocity))))
+    if problem.has_joints:
+        return least  # the mechanism of the least load factor, whose bricks seldom fall without one another
     if len(least.velocity) > FEW:
         if len(least.velocity) <= LITTLE:
             least = search.first_held(least, search.upwards(least))
@@ -93,11 +95,7 @@ class _Search:
 
     def of(self, bricks: Collection[BodyId]) -> Problem:
         """Return the problem of these bricks with the others held fixed."""
-        return replace(
-            self.problem,
-            bricks={name: self.problem.bricks[name] for name in sorted(bricks)},
-            contacts=[c for c in self.problem.contacts if c.lower in bricks or c.upper in bricks],
-        )
+        return self.problem.part(bricks)
 
     def sparse(self, motion: Motion) -> Motion:
         """Return a motion within the given one of least sum of speeds per power of the loads; slow bricks weigh more.

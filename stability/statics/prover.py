@@ -131,7 +131,7 @@ class Prover:
 
     def _prove_component(self, name: BodyId) -> bool:
         """Try to prove all bricks around a brick with a large program at once; return False if that fails."""
-        if name not in self._unproven or name in self._in_doubt:
+        if name not in self._unproven or name in self._in_doubt or self.structure.is_joined():
             return True
         if len(self._partners.of({name} | self.structure.below([name]))) < LARGE:
             return True

@@ -186,6 +186,10 @@ class Structure:
         for brick in self.upwards(self.with_all_above({c.upper for c in contacts} & self.bricks.keys())):
             self.find_core(brick)
 
+    def is_joined(self) -> bool:
+        """Return whether most bricks are joined: then all connected ones are best judged together."""
+        return 2 * len(self.joined) > len(self.bricks)
+
     def find_core(self, brick: BodyId) -> None:
         """Compute the core of a brick again from the known cores below."""
         add_work(CORE)

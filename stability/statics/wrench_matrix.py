@@ -98,7 +98,7 @@ class WrenchMatrix:
 
     def forces(self, rows: Array) -> Forces:
         """Return contact forces from the forces of the rows."""
-        return Forces(_grouped(self.cones.shapes, self.forces_W(rows)))
+        return Forces(grouped(self.cones.shapes, self.forces_W(rows)))
 
     def forces_W(self, rows: Array) -> Array:
         """Return (cones, 3) the same forces as one array [N]."""
@@ -311,7 +311,7 @@ def wrench_array(names: Sequence[BodyId], wrenches: Mapping[BodyId, Wrench]) -> 
     return np.array([(*row.force_W, *row.torque_W) for row in rows], dtype=float).reshape(-1, 6)
 
 
-def _grouped(shapes: Sequence[tuple[int, int]], forces: Array) -> tuple[ConeForces, ...]:
+def grouped(shapes: Sequence[tuple[int, int]], forces: Array) -> tuple[ConeForces, ...]:
     """Return forces by contact, point and normal."""
     each: Iterator[Vec3] = map(tuple, forces.tolist())
     return tuple(tuple(tuple(islice(each, normals)) for _ in range(points)) for points, normals in shapes)
