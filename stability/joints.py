@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
-from math import inf
+from math import hypot, inf
 from typing import Final
 
 from stability.contact_law import ContactLaw, Coulomb, MohrCoulomb
@@ -22,7 +22,6 @@ from stability.geometry.vectors import (
     body_axes,
     cross,
     dot,
-    norm,
     rotate,
     scale,
     short_repr,
@@ -32,7 +31,7 @@ from stability.model import BodyId, Vec3
 from stability.problem import Contact, Placed
 
 EQUAL: Final = 1e-9  # share of an area: cells that differ by less have the same law
-ALIGNED: Final = 0.05  # share of the pitch by which the grids of two boxes may differ at a stud
+ALIGNED: Final = 0.05  # of the pitch: the grids of two boxes may differ by this at a stud
 UPRIGHT: Final = 0.999  # cosine of the largest angle between the studs of a box and the normal of a contact
 ASIDE: Final = 0.045  # the same of the smallest angle at which a contact is one of two side faces
 CORNERS_OF_A_FACE: Final = 3
@@ -105,22 +104,26 @@ class Studs(Joint):
 
         Four points are symmetric, so a mirrored structure has the same verdict.
         """
-        grids = [_grid(placed, self.pitch, contact.normals_W[0]) for placed in bodies]
-        if not grids or not all(grids):
+        normal_W = contact.normals_W[0]
+        grids = [grid for placed in bodies if (grid := _Grid.of(placed, self.pitch, normal_W))]
+        if not grids or len(grids) < len(bodies):
             return
-        gripping = grids[0] if _points_up(bodies[0], contact.normals_W[0]) else grids[-1]
-        is_narrow = self.narrow_pull is not None and min(map(len, map(set, zip(*gripping, strict=True)))) == 1
+        upper, *below = grids
+        gripping = upper if _points_up(bodies[0], normal_W) else grids[-1]
+        is_narrow = self.narrow_pull is not None and min(gripping.counts) == 1
         pull = self.narrow_pull if is_narrow and self.narrow_pull is not None else self.pull
         law = MohrCoulomb(0.0, pull / 4.0, self.shear / 4.0)
-        axes_W = body_axes(bodies[0].pose.orientation)[:2]
-        height = dot(contact.normals_W[0], contact.points_W[0])
-        for middle in grids[0].values():
-            if all(_nearest(grid, middle, contact.normals_W[0]) <= ALIGNED * self.pitch for grid in grids[1:]):
-                centre = add_scaled(middle, height - dot(contact.normals_W[0], middle), contact.normals_W[0])
-                for along in (-0.25, 0.25):
-                    for across in (-0.25, 0.25):
-                        aside = add_scaled(centre, along * self.pitch, axes_W[0])
-                        yield add_scaled(aside, across * self.pitch, axes_W[1]), law
+        height = dot(normal_W, contact.points_W[0])
+        quarters = [
+            add(scale(along, upper.steps_W[0]), scale(across, upper.steps_W[1]))
+            for along in (-0.25, 0.25)
+            for across in (-0.25, 0.25)
+        ]
+        for middle in upper.middles():
+            if all(grid.meets(middle) for grid in below):
+                centre = add_scaled(middle, height - dot(normal_W, middle), normal_W)
+                for quarter in quarters:
+                    yield add(centre, quarter), law
 
     def dry_contact(self, contact: Contact, bodies: Sequence[Placed]) -> Contact:
         """Return the contact of two side faces as a push at half of its height, without friction.
@@ -149,10 +152,10 @@ def studs_meet(one: Placed, other: Placed, pitch: float) -> bool:
     True also for boxes beside one another, whose studs do not touch.
     """
     (x_W, y_W, up_W), turned_W = (body_axes(placed.pose.orientation) for placed in (one, other))
-    grids = [_grid(placed, pitch, up_W) for placed in (one, other)]
-    if not all(grids):
+    grids = [grid for placed in (one, other) if (grid := _Grid.of(placed, pitch, up_W))]
+    if len(grids) < PAIR:
         return False
-    apart = subtract(grids[1][0, 0], grids[0][0, 0])
+    apart = subtract(grids[1].first_W, grids[0].first_W)
     if abs(dot(up_W, apart)) < ALIGNED * pitch:
         return True
     if max(abs(dot(turned_W[0], x_W)), abs(dot(turned_W[0], y_W))) < UPRIGHT:
@@ -166,29 +169,43 @@ def _points_up(placed: Placed, normal_W: Vec3) -> bool:
     return dot(body_axes(placed.pose.orientation)[2], normal_W) > 0.0
 
 
-def _grid(placed: Placed, pitch: float, normal_W: Vec3) -> dict[tuple[int, int], Vec3]:
-    """Return the middles of the cells of a box seen along the normal [m]; empty if its studs do not point there."""
-    box = box_of(placed.brick.shape)
-    axes_W = body_axes(placed.pose.orientation)
-    if box is None or abs(dot(axes_W[2], normal_W)) < UPRIGHT:
-        return {}
-    (length, width, _), middle = box[0].size, add(placed.pose.position_W, rotate(placed.pose.orientation, box[1]))
-    along, across = round(length / pitch), round(width / pitch)
-    cells = {}
-    for i in range(along):
-        for j in range(across):
-            row = add_scaled(middle, (i - 0.5 * (along - 1)) * pitch, axes_W[0])
-            cells[i, j] = add_scaled(row, (j - 0.5 * (across - 1)) * pitch, axes_W[1])
-    return cells
+@dataclass(frozen=True, slots=True)
+class _Grid:
+    """Square grid of the studs of a box, seen along a normal."""
 
+    first_W: Vec3  # the middle of the first cell [m]
+    steps_W: tuple[Vec3, Vec3]  # from cell to cell [m]
+    counts: tuple[int, int]
+    pitch: float  # [m]
 
-def _nearest(grid: Mapping[tuple[int, int], Vec3], point_W: Vec3, normal_W: Vec3) -> float:
-    """Return the distance in the plane of the contact to the nearest cell [m]."""
-    return min(_in_plane(subtract(cell, point_W), normal_W) for cell in grid.values())
+    @classmethod
+    def of(cls, placed: Placed, pitch: float, normal_W: Vec3) -> "_Grid | None":
+        """Return the grid of a box; None if it has none, or if its studs do not point along the normal."""
+        box = box_of(placed.brick.shape)
+        axes_W = body_axes(placed.pose.orientation)
+        if box is None or abs(dot(axes_W[2], normal_W)) < UPRIGHT:
+            return None
+        (length, width, _), first = box[0].size, add(placed.pose.position_W, rotate(placed.pose.orientation, box[1]))
+        counts = round(length / pitch), round(width / pitch)
+        if 0 in counts:
+            return None
+        for axis_W, count in zip(axes_W, counts, strict=False):
+            first = add_scaled(first, -0.5 * (count - 1) * pitch, axis_W)
+        return cls(first, (scale(pitch, axes_W[0]), scale(pitch, axes_W[1])), counts, pitch)
 
+    def middles(self) -> Iterator[Vec3]:
+        """Yield the middles of all cells [m]."""
+        for i in range(self.counts[0]):
+            row = add_scaled(self.first_W, i, self.steps_W[0])
+            for j in range(self.counts[1]):
+                yield add_scaled(row, j, self.steps_W[1])
 
-def _in_plane(vector: Vec3, normal: Vec3) -> float:
-    return norm(add_scaled(vector, -dot(vector, normal), normal))
+    def meets(self, point_W: Vec3) -> bool:
+        """Return whether a point is at the middle of a cell, seen along the normal."""
+        way, square = subtract(point_W, self.first_W), self.pitch * self.pitch
+        row, column = dot(way, self.steps_W[0]) / square, dot(way, self.steps_W[1]) / square
+        i, j = min(max(round(row), 0), self.counts[0] - 1), min(max(round(column), 0), self.counts[1] - 1)
+        return hypot(row - i, column - j) <= ALIGNED
 
 
 def _cells(corners: Sequence[Vec3], normal: Vec3) -> Iterator[tuple[Vec3, float]]:
@@ -269,8 +286,12 @@ class Joints:
             return ()
         held = [bodies[name] for name in (contact.upper, contact.lower) if name in bodies]
         by_law: dict[ContactLaw, list[Vec3]] = {}
+        previous: ContactLaw | None = None
+        points: list[Vec3] = []
         for point, law in joint.points(contact, held):
-            by_law.setdefault(law, []).append(point)
+            if law is not previous:  # hashing it for each point takes longer than all else
+                points, previous = by_law.setdefault(law, []), law
+            points.append(point)
         return tuple(
             Contact(contact.lower, contact.upper, tuple(points), contact.normals_W, law)
             for law, points in by_law.items()

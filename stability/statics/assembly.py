@@ -21,6 +21,7 @@ from stability.geometry.vectors import (
     admit_in_range,
     admit_number,
     admit_numbers,
+    dot,
     listed,
     short_repr,
     subtract,
@@ -401,6 +402,8 @@ def refuse_overlaps(structure: Structure, coming: Sequence[Placed], overlap: flo
     for placed in coming:
         low_W, high_W = bounds_W(placed.brick.shape, placed.pose)
         for plane in structure.planes:
+            if _is_above(plane, low_W, high_W):
+                continue
             gap = apart_from_plane(placed.brick.shape, placed.pose, plane).gap
             _refuse(placed, plane.id, gap, min(overlap, reach_between(placed.brick.shape.least_thickness)))
         inside = _shrunk(low_W, high_W, min(overlap, reach_between(placed.brick.shape.least_thickness)))
@@ -412,6 +415,14 @@ def refuse_overlaps(structure: Structure, coming: Sequence[Placed], overlap: flo
                 _refuse(placed, other.brick.id, gap, min(overlap, forgiven))
         among.add(placed.brick.id, low_W, high_W)
         new[placed.brick.id] = placed
+
+
+def _is_above(plane: Plane, low_W: Vec3, high_W: Vec3) -> bool:
+    """Return whether a box in space is outside a plane."""
+    nearest = sum(
+        part * (low if part > 0.0 else high) for part, low, high in zip(plane.normal_W, low_W, high_W, strict=True)
+    )
+    return nearest >= dot(plane.normal_W, plane.point_W)
 
 
 def _shrunk(low_W: Vec3, high_W: Vec3, by: float) -> tuple[Vec3, Vec3]:
