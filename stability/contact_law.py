@@ -210,6 +210,10 @@ class MohrCoulomb(ContactLaw):
         slope = np.where(np.isinf(self.shear), self.friction, 0.0)
         return Coulomb(slope if slope.ndim else float(slope))
 
+    def times(self, factor: float) -> "MohrCoulomb":
+        """Return the law with all strengths multiplied."""
+        return MohrCoulomb(self.friction, factor * self.tension, factor * self.cohesion, factor * self.shear)
+
     def smooth(self) -> "MohrCoulomb":
         """Return the law with friction up to the cohesion only."""
         import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it

@@ -18,7 +18,7 @@ from stability.model import BodyId
 from stability.problem import ZERO, Forces, Motion, Problem, Tolerances, Wrench, rounded
 from stability.process_settings import one_thread
 from stability.statics.assembly import admit_problem
-from stability.statics.conic_program import clarabel_solve
+from stability.statics.conic_program import clarabel_solve, quick_solve
 from stability.statics.equilibrium import (
     ACCURACIES,
     STILL,
@@ -30,7 +30,7 @@ from stability.statics.equilibrium import (
 )
 from stability.statics.load_factor import central_forces, yielding
 from stability.statics.proof import check_forces, check_motion, power_of_joints
-from stability.statics.stud_program import StudPoint, stud_point
+from stability.statics.stud_program import HalvedJoints, StudPoint, stud_point
 from stability.statics.wrench_matrix import wrench_matrix
 
 Proof = TypeVar("Proof", Forces, Motion)
@@ -104,29 +104,58 @@ def load_factor(
 
 def _studded_factor(problem: Problem, tolerances: Tolerances) -> LoadFactor | None:
     """Return the load factor by the small programs of studded bricks; None unless they prove both bounds."""
-    points = (stud_point(problem, vertical=vertical) for vertical in (True, False))
-    return next((found for point in points if (found := _proven_factor(problem, point, tolerances))), None)
+    for vertical in (True, False):
+        point = stud_point(problem, vertical=vertical)
+        found = None if point is None or not point.share > NONE else _by_studs(problem, point, tolerances)
+        if found is not None:
+            return found
+    return _by_halves(problem, tolerances)
 
 
-def _proven_factor(problem: Problem, point: StudPoint | None, tolerances: Tolerances) -> LoadFactor | None:
-    """Return the load factor of a point if both bounds are proven."""
-    motion = None if point is None or not point.share > NONE else first_mechanism(problem, point)
-    if point is None or motion is None:
-        return None
-    grown = GrownLoads(problem, None)
+def _by_studs(problem: Problem, point: StudPoint, tolerances: Tolerances) -> LoadFactor | None:
+    motion, grown = first_mechanism(problem, point), GrownLoads(problem, None)
 
     def forces_at(factor: float) -> Forces | None:
         forces = point.forces(factor)
         return forces if check_forces(grown.at(factor), forces, tolerances).holds else None
 
     def motion_at(factor: float) -> Motion | None:
-        return motion if check_motion(grown.at(factor), motion, tolerances).holds else None
+        return motion if motion and check_motion(grown.at(factor), motion, tolerances).holds else None
 
-    above = _closest(1.0 / point.share, 1.0, motion_at)
-    below = None if above is None else _closest(1.0 / point.share, -1.0, forces_at)
+    return _between(grown, 1.0 / point.share, forces_at, motion_at)
+
+
+def _by_halves(problem: Problem, tolerances: Tolerances) -> LoadFactor | None:
+    halved = HalvedJoints.of(problem)
+    if halved is None:
+        return None
+    system = wrench_matrix(halved.problem, whole=True, any_law=True)
+    point = yielding(system, system.loads, None, ACCURACIES[0], quick_solve)
+    if isinstance(point, str) or not (np.isfinite(point.columns).all() and point.share > NONE):
+        return None
+    grown, small, falling = GrownLoads(problem, None), GrownLoads(halved.problem, None), system.motion(point.columns)
+
+    def forces_at(factor: float) -> Forces | None:
+        at = small.at(factor)  # in the units of its rows, which are those of the loads, the forces do not change
+        forces = proven_forces(at, wrench_matrix(at, whole=True, any_law=True), point.rows, tolerances)
+        forces = None if forces is None else halved.spread(forces)
+        return forces if forces and check_forces(grown.at(factor), forces, tolerances).holds else None
+
+    return _between(grown, 1.0 / point.share, forces_at, lambda factor: motion_at(grown, factor, falling, tolerances))
+
+
+def _between(
+    grown: "GrownLoads",
+    factor: float,
+    forces_at: Callable[[float], Forces | None],
+    motion_at: Callable[[float], Motion | None],
+) -> LoadFactor | None:
+    """Return the load factor from proofs close to a factor, on both sides; None if one of them is missing."""
+    above = _closest(factor, 1.0, motion_at)
+    below = None if above is None else _closest(factor, -1.0, forces_at)
     if below is None or above is None:
         return None
-    return LoadFactor(below[0], above[0], below[1], motion, tuple(_yielding_joints(grown.at(above[0]), motion)))
+    return LoadFactor(below[0], above[0], below[1], above[1], tuple(_yielding_joints(grown.at(above[0]), above[1])))
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from stability.statics.conic_program import SOLVED, ConicProgram, Solver, clarab
 from stability.statics.load_factor import central_forces, yielding
 from stability.statics.proof import check_forces, check_motion, least_separating_speed
 from stability.statics.propagation import is_held_upright
-from stability.statics.stud_program import StudPoint, stud_point
+from stability.statics.stud_program import HalvedJoints, StudPoint, stud_point
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
 # Separating motions: they open contacts strictly.
@@ -266,7 +266,25 @@ def _studded_balance(problem: Problem, tolerances: Tolerances) -> Balance | None
         motion = first_mechanism(problem, point)
         if motion is not None and check_motion(problem, motion, tolerances).holds:
             return Balance(None, motion, "")
-    return None
+    return _halved_balance(problem, tolerances)
+
+
+def _halved_balance(problem: Problem, tolerances: Tolerances) -> Balance | None:
+    """Return the balance with friction and two points for each joint of studs; None if it proves nothing."""
+    halved = HalvedJoints.of(problem)
+    if halved is None:
+        return None
+    system = wrench_matrix(halved.problem, any_law=True)
+    point = yielding(system, system.loads, None, ACCURACIES[0], quick_solve)
+    if isinstance(point, str) or not (np.isfinite(point.rows).all() and np.isfinite(point.columns).all()):
+        return None
+    if point.share > 1.0:
+        motion = proven_motion(problem, system, point.columns, tolerances, STILL)
+        return None if motion is None else Balance(None, motion, "")
+    near = proven_forces(halved.problem, system, point.rows, tolerances)
+    forces = None if near is None else halved.spread(near)
+    proven = forces is not None and check_forces(problem, forces, tolerances).holds
+    return Balance(forces, None, "") if proven else None
 
 
 def first_mechanism(problem: Problem, point: StudPoint) -> Motion | None:

@@ -11,14 +11,16 @@ bounds, and friction in a motion, are left to the checks of `proof`.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
 import numpy as np
 
+from stability.contact_law import MohrCoulomb
 from stability.geometry.rows import Array, Indices, cross_rows
-from stability.model import BodyId
+from stability.geometry.vectors import scale
+from stability.model import BodyId, Vec3
 from stability.problem import Contact, Forces, Motion, Problem
 from stability.statics.conic_program import ConicProgram, quick_solve, solve
 from stability.statics.wrench_matrix import grouped, wrench_array
@@ -185,6 +187,53 @@ def stud_point(problem: Problem, *, vertical: bool) -> StudPoint | None:
         unit * pressed,
         unit * along.reshape(3, -1).T,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class HalvedJoints:
+    """A problem in which the points of each joint of studs are replaced by two, each with the strength of half of them.
+
+    Its forces are those of the whole problem that are equal within both halves.
+    """
+
+    problem: Problem
+    halves: Sequence[tuple[Indices, int]]  # per contact, the halves of all points, and how many each has
+
+    @classmethod
+    def of(cls, problem: Problem) -> "HalvedJoints | None":
+        """Return the problem; None if no joint is of studs."""
+        if not any(_is_halved(contact) for contact in problem.contacts):
+            return None
+        contacts, halves = [], []
+        for contact in problem.contacts:
+            count, law = len(contact.points_W) // 2, contact.law
+            if not (isinstance(law, MohrCoulomb) and _is_halved(contact)):
+                halves.append((np.arange(len(contact.points_W)), 1))
+                contacts.append(contact)
+                continue
+            points = np.array(contact.points_W)
+            order = np.argsort(points[:, np.ptp(points, axis=0).argmax()], kind="stable")
+            half = np.zeros(2 * count, dtype=np.int64)
+            half[order[count:]] = 1
+            halves.append((half, count))
+            middles: list[Vec3] = [tuple(points[half == side].mean(axis=0).tolist()) for side in (0, 1)]
+            contacts.append(replace(contact, points_W=tuple(middles), law=law.times(count)))
+        return cls(replace(problem, contacts=contacts), halves)
+
+    def spread(self, forces: Forces) -> Forces:
+        """Return forces of the halved problem as forces of the whole one."""
+        return Forces(
+            tuple(
+                of_contact
+                if count == 1
+                else tuple(tuple(scale(1.0 / count, force) for force in of_contact[side]) for side in half.tolist())
+                for of_contact, (half, count) in zip(forces.of_contacts, self.halves, strict=True)
+            )
+        )
+
+
+def _is_halved(contact: Contact) -> bool:
+    return isinstance(contact.law, MohrCoulomb) and _is_flat(contact, level=False) and len(contact.points_W) % 2 == 0
 
 
 def _is_flat(contact: Contact, level: bool) -> bool:
