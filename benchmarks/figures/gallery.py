@@ -1,4 +1,4 @@
-"""The gallery: twenty scenes of `scenarios/` with picture and YAML, in docs/gallery.md; `make pictures`, a minute.
+"""The gallery: scenes of `scenarios/` with picture and YAML, in docs/gallery.md; `make pictures`, a minute.
 
 The page names the file, the case and the number of pictures of each scene. What stands between that line and the end of
 the scene is written here.

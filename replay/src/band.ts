@@ -105,7 +105,7 @@ function table(claims: Claim[], truths: Claim[]): HTMLElement {
 
 // What is said of one run.
 export function answerOf(run: Run, brief = false): Answer {
-  const { told, name, system, fall, description, weakest, room, bricks } = run.told;
+  const { told, name, system, fall, description, weakest, room, bricks, limit } = run.told;
   const facts = new Map(told.facts);
   const failed = told.claims.filter((claim) => !claim.passed);
   const lead: [string, string][] = [];
@@ -117,6 +117,7 @@ export function answerOf(run: Run, brief = false): Answer {
   if (!why && fall && !fall.predicted) lead.push(["Falls", falls]);
   const rest: [string, string][] = told.facts.filter(([name]) => name !== "Why" && name !== WARNING && (brief || name !== "After"));
   if (!why && !fall && weakest) lead.push([run.asBuilt()[1] < run.told.end ? "Weakest as built" : "Weakest", weakest.text.replace(/^weakest: /, "")]);
+  if (limit) lead.push(["Load factor", `${limit.factor}; beyond it ${limit.text}`]);
   if (!fall && room) rest.push(["Least room", `${bricks.name[room.brick]}, with its centre of mass ${room.depth} mm inside the support`]);
   if (description) rest.unshift(["About", description]);
   const nearest = told.claims.length === 1 ? told.claims[0] : undefined;

@@ -4,8 +4,8 @@ import { colourOf } from "./page";
 import { type Run, State } from "./run";
 import { WORDS } from "./wording";
 
-export type Mode = "state" | "level" | "room" | "load" | "stage" | "material";
-export const MODES: Mode[] = ["state", "level", "room", "load", "stage", "material"];
+export type Mode = "state" | "level" | "room" | "load" | "stage" | "material" | "joints";
+export const MODES: Mode[] = ["state", "level", "room", "load", "stage", "material", "joints"];
 
 const STATES: [State, string, string][] = [
   [State.Proven, WORDS[State.Proven], "--wood"],
@@ -22,6 +22,7 @@ const MARGIN = ramp("#a63603 #d9742b #f3b77a #efe9dc #a9cde0 #5a9bc5 #1f5f99");
 const SHARE = ramp("#f2efe6 #cfe0e8 #9fc5da #629fc4 #2f74a8 #12497a");
 // Kinds, told apart by people who see no red or no green as well (Okabe and Ito). A kind beyond these has no hue of its own.
 const KINDS = ramp("#e69f00 #56b4e9 #009e73 #f0e442 #0072b2 #d55e00 #cc79a7");
+const USED = ramp("#f2efe6 #cfe0e8 #9fc5da #629fc4 #2f74a8"); // of its strength, by a joint
 const MOST_LEVELS = 8; // listed one by one in the legend; of more, every fifth
 
 // One line of the legend: what occurs at a time, and in how many bricks; a hollow one has an outline and no fill.
@@ -42,6 +43,7 @@ export class Colours {
   private readonly kind: Int32Array; // of each brick
   private readonly room: number; // [mm] of one step of the ramp
   private readonly carried: number; // [N] likewise
+  private readonly used = new Map<number, number>(); // the largest share of strength of the joints of each brick; GIVES_WAY if one yields
   private readonly loads = new Map<object, Map<number, number>>(); // of each proof, by brick [N]
 
   constructor(private readonly run: Run) {
@@ -53,6 +55,10 @@ export class Colours {
     const places = new Map(this.kinds.map((kind, place) => [kind, place]));
     this.kind = Int32Array.from(kinds, (kind) => places.get(kind)!);
     this.room = niceAbove(proofs.reduce((most, { depth }) => depth.reduce<number>((so_far, one) => Math.max(so_far, one ?? 0), most), 0) / MARGIN.length);
+    const { limit } = run.told;
+    limit?.used.forEach((used, joint) => {
+      for (const body of [limit.lower[joint], limit.upper[joint]]) if (typeof body === "number") this.used.set(body, Math.max(this.used.get(body) ?? 0, limit.yields[joint] ? GIVES_WAY : used));
+    });
     for (const found of run.proofs) this.loads.set(found.proof, loadsOf(found));
     this.carried = niceAbove([...this.loads.values()].reduce((most, loads) => [...loads.values()].reduce((so_far, one) => Math.max(so_far, one), most), 0) / SHARE.length);
   }
@@ -61,6 +67,7 @@ export class Colours {
   silent(mode: Mode, time: number): string {
     if (mode === "level" && this.levels.length < 2) return this.levels.length ? "all bricks are of one level" : "no brick has a level";
     if (mode === "material" && this.kinds.length < 2) return "all bricks have one size and one density";
+    if (mode === "joints" && !this.run.told.limit) return "the run has no joints with a load factor";
     if (!OF_PROOFS.has(mode)) return "";
     const found = this.run.proofAt(time);
     if (!found) return this.run.proofs.length ? "no proof holds at this time" : "no structure of this run is proven to stand";
@@ -112,6 +119,10 @@ export class Colours {
       case "material": {
         const kind = this.kind[brick];
         return kind < KINDS.length || this.kinds.length === KINDS.length + 1 ? [this.kinds[kind], KINDS[kind] ?? unknown[1], kind] : [`${this.kinds.length - KINDS.length} rarer kinds`, unknown[1], kind];
+      }
+      case "joints": {
+        const used = this.used.get(brick);
+        return used === undefined ? ["no joint", unknown[1], 1e9] : usedStep(used);
       }
       case "stage":
         if (!found || place === undefined) return unknown;
@@ -173,6 +184,15 @@ function step(colours: Color[], value: number, each: number, unit: string): [str
   const place = Math.min(colours.length - 1, Math.max(0, Math.floor(value / each)));
   const [low, high] = [place, place + 1].map((edge) => String(+(edge * each).toPrecision(2)));
   return [`${low} to ${high} ${unit}`, colours[place], place];
+}
+
+export const GIVES_WAY = 2; // in place of a share of strength
+
+// The line of the legend and the colour of a joint that uses a share of its strength at the load factor.
+export function usedStep(used: number): [string, Color, number] {
+  if (used >= GIVES_WAY) return ["a joint gives way first", token("--left"), USED.length];
+  const [text, colour, place] = step(USED, 100 * used, 100 / USED.length, "% of strength used");
+  return [text, colour, place];
 }
 
 // The next of 1, 2, 5, 10 and so on.

@@ -1,6 +1,6 @@
 // The panel beside the picture: all about the selected brick, or else what happens around now.
 import { button, link, part, renew } from "./page";
-import type { Told } from "./payload";
+import type { Limit, Told } from "./payload";
 import type { Player } from "./player";
 import { type Forces, type Run, State } from "./run";
 import { eventText, howMany, newtons, seconds, threeDigits, WORDS } from "./wording";
@@ -69,9 +69,22 @@ export class Inspector {
     const [since, until] = run.asBuilt();
     if (weakest === name && time >= since && time <= until) left.push(`It gives way first: ${run.told.weakest!.text.replace(/^weakest: /, "")}.`);
     if (left.length) parts.push(section("Room left", part("p", { text: left.join(" ") })));
+    if (run.told.limit) parts.push(...this.joints(run, run.told.limit, brick));
     const differs = marks?.get(name);
     if (differs) parts.push(section("Differs from the golden file", ...differs.map((text) => part("p", { text }))));
     return parts;
+  }
+
+  // The joints of a brick at the load factor, those that give way first.
+  private joints(run: Run, limit: Limit, brick: number): Node[] {
+    const own = limit.used.flatMap((used, joint): [string, string, number][] => {
+      const others = [limit.lower[joint], limit.upper[joint]].filter((body) => body !== brick);
+      if (others.length !== 1) return [];
+      return [[`to ${run.nameOf(others[0])}`, limit.yields[joint] ? "gives way" : `${Math.round(100 * used)} % of its strength`, limit.yields[joint] ? 2 : used]];
+    });
+    if (!own.length) return [];
+    const rows = own.sort(([, , one], [, , other]) => other - one).flatMap(([to, text]) => [part("dt", { text: to }), part("dd", { text })]);
+    return [section(`Joints at ${limit.factor} times the weight`, part("dl", {}, ...rows))];
   }
 
   // What presses on a brick and what it rests on, as one set of forces that proves that it stands.

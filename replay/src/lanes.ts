@@ -38,6 +38,9 @@ const ICONS: Record<string, string> = {
   shaken: "motion",
   taken: "pulled-out",
   "let go": "set-down",
+  joined: "joints",
+  set: "joints",
+  cut: "joints",
   hit: "motion",
 };
 export const TOGETHER: Record<string, string> = {
@@ -47,6 +50,9 @@ export const TOGETHER: Record<string, string> = {
   shaken: "shakes",
   taken: "taken",
   "let go": "let go",
+  joined: "joined",
+  set: "mortar sets",
+  cut: "joints cut",
   hit: "hits",
 };
 const SAME = 1e-6; // [s]

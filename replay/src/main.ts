@@ -30,6 +30,7 @@ const WHICH: [Which, string][] = [
 ];
 const SHOWN: Record<Overlay, [string, string, string]> = {
   contacts: ["Contacts", "contacts", "areas in which bricks touch"],
+  joints: ["Joints", "joints", "joints, by the share of their strength that they use at the load factor"],
   forces: ["Forces", "forces", "forces of the proof"],
   paths: ["Paths", "paths", "where the load goes; thicker is more"],
   graph: ["Supports", "supports", "which brick rests on which"],
@@ -160,6 +161,7 @@ function build(player: Player): Heard {
     for (const [name, one] of overlays) {
       one.setAttribute("aria-pressed", String(player.overlays.has(name)));
       if (name === "motion") one.hidden = run.told.fall === null;
+      if (name === "joints") one.hidden = run.told.limit === null;
     }
     xray.setAttribute("aria-pressed", String(player.xray));
     xray.disabled = !player.picked;
@@ -183,6 +185,7 @@ function build(player: Player): Heard {
     }
     flat.setAttribute("aria-pressed", String(viewer.orthographic));
     colour.value = player.mode;
+    colour.options[MODES.indexOf("joints")].hidden = run.told.limit === null;
     view.value = viewer.from;
     speed.value = String(player.speed);
     const faster = player.playing ? timeline.fasterAt(player.time) : 1;
@@ -340,7 +343,7 @@ function tellLegend(player: Player, legend: HTMLElement, marks: Map<string, stri
   renew(legend, key, () => {
     const lines = stages.map((stage, place) => {
       const entries = stage.colours.legend(player.seen, player.time);
-      const name = stages.length > 1 ? [part("b", { text: shortNames(stages.map((stage) => stage.run))[place] })] : [part("b", { class: "label", text: `${player.seen}, at ${seconds(player.time)}` })];
+      const name = stages.length > 1 ? [part("b", { text: shortNames(stages.map((stage) => stage.run))[place] })] : [part("b", { class: "label", text: player.seen === "joints" ? `joints at ${stage.run.told.limit!.factor} times the weight` : `${player.seen}, at ${seconds(player.time)}` })];
       return part("div", {}, ...name, ...entries.map(({ text, colour, count, hollow }) => part("span", { class: "entry" }, swatch(`#${colour.getHexString()}`, hollow), text, ...(count === undefined ? [] : [part("b", { class: "number", text: String(count) })]))));
     });
     if (stages.length > 1) {

@@ -1,14 +1,14 @@
 // What is drawn over the bricks, at the place where each of them is drawn: contacts and forces of a proof, load paths, who
 // rests on whom, a proven motion, names, what was pulled out, and scales.
 import { Matrix4, Quaternion, Vector3 } from "three";
-import { niceAbove } from "./colours";
+import { GIVES_WAY, niceAbove, usedStep } from "./colours";
 import { colourOf } from "./page";
 import type { Forces, Pose } from "./run";
 import type { Look, Stage } from "./stage";
 import { howMany, newtons, threeDigits } from "./wording";
 
-export type Overlay = "contacts" | "forces" | "paths" | "graph" | "motion" | "names";
-export const OVERLAYS: Overlay[] = ["contacts", "forces", "paths", "graph", "motion", "names"];
+export type Overlay = "contacts" | "joints" | "forces" | "paths" | "graph" | "motion" | "names";
+export const OVERLAYS: Overlay[] = ["contacts", "joints", "forces", "paths", "graph", "motion", "names"];
 
 // What is drawn only at times at which a proof holds.
 export const NEED_PROOF: ReadonlySet<Overlay> = new Set<Overlay>(["contacts", "forces", "paths", "graph"]);
@@ -115,6 +115,7 @@ export class Overlays {
     pen.font = `12px ${colourOf("--sans")}`;
     this.pulledOut(pen, sight, time);
     if (found && overlays.has("contacts")) this.patches(pen, sight, found, picked);
+    if (overlays.has("joints")) this.joints(pen, sight, look);
     if (found && overlays.has("paths")) this.paths(pen, sight, found);
     if (found && overlays.has("graph")) this.graph(pen, sight, found);
     if (picked !== undefined && this.stage.shows(picked, time)) this.edges(pen, sight, picked, this.place(picked), "--accent", 2);
@@ -173,6 +174,32 @@ export class Overlays {
       pen.stroke();
       if (count < 3) for (const [x, y] of corners) dot(pen, x, y, 2.5);
     });
+  }
+
+  // The joints, by the share of their strength that they use at the load factor; the one that gives way first comes last.
+  private joints(pen: CanvasRenderingContext2D, sight: Sight, { time, picked }: Look): void {
+    const { limit } = this.stage.run.told;
+    if (!limit) return;
+    const shares = limit.used.map((used, joint) => (limit.yields[joint] ? GIVES_WAY : used));
+    const order = shares.map((_, joint) => joint).sort((one, other) => shares[one] - shares[other]);
+    for (const joint of order) {
+      const bodies = [limit.lower[joint], limit.upper[joint]];
+      if (picked !== undefined && !bodies.includes(picked)) continue;
+      if (bodies.some((body) => typeof body === "number" && !this.stage.shows(body, time))) continue;
+      pen.beginPath();
+      limit.points[joint].forEach((point, place) => {
+        const [x, y] = sight.at(new Vector3(...point));
+        if (place) pen.lineTo(x, y);
+        else pen.moveTo(x, y);
+      });
+      pen.closePath();
+      pen.fillStyle = pen.strokeStyle = `#${usedStep(shares[joint])[1].getHexString()}`;
+      pen.globalAlpha = 0.75;
+      pen.fill();
+      pen.globalAlpha = 1;
+      pen.lineWidth = shares[joint] === GIVES_WAY ? 3 : 1.5;
+      pen.stroke();
+    }
   }
 
   private forces(pen: CanvasRenderingContext2D, sight: Sight, found: Forces, { which, picked }: Look): void {

@@ -39,6 +39,18 @@ export interface Fall {
   spin: [number, number, number][];
 }
 
+// The first mechanism of bricks with joints under a multiple of their own weight.
+export interface Limit {
+  factor: number;
+  text: string; // what moves beyond it, and which joint gives way
+  bricks: number[]; // that move beyond it
+  lower: (number | string)[]; // of each joint
+  upper: (number | string)[];
+  used: number[]; // share of its strength
+  yields: number[]; // 1 if it gives way
+  points: [number, number, number][][]; // of its contact [m]
+}
+
 export interface Claim {
   name: string;
   expected: string;
@@ -96,5 +108,6 @@ export interface Payload {
   fall: Fall | null;
   room: { brick: number; depth: number } | null; // the brick of what stands whose centre has least room [mm]
   weakest: { brick: string; text: string; bearing_deg: number } | null; // what gives way first, pulled sideways; a live page hears of it later
+  limit: Limit | null; // of bricks with joints; a live page does without
   marks: Record<string, string[]> | null; // of a golden file: what differs from its run, by brick or what else it is of
 }

@@ -106,6 +106,12 @@ export function eventText(run: Run, event: Told): string {
       return `a hand takes ${who}`;
     case "let go":
       return `a hand lets go of ${who}`;
+    case "joined":
+      return `${who} ${is} joined`;
+    case "set":
+      return `the joints of ${who} have set`;
+    case "cut":
+      return `the joints of ${who} are cut`;
     case "hit":
       return event.reason || `${who} hits the structure`; // before a run, only the planned time is known
     case "woken":

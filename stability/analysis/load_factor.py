@@ -13,7 +13,8 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from stability.geometry.vectors import add, scale
+from stability.contact_law import ContactLaw
+from stability.geometry.vectors import add, add_scaled, dot, norm, scale
 from stability.model import BodyId
 from stability.problem import ZERO, Forces, Motion, Problem, Tolerances, Wrench, rounded
 from stability.process_settings import one_thread
@@ -156,6 +157,32 @@ def _between(
     if below is None or above is None:
         return None
     return LoadFactor(below[0], above[0], below[1], above[1], tuple(_yielding_joints(grown.at(above[0]), above[1])))
+
+
+def used_strength(problem: Problem, forces: Forces) -> dict[tuple[BodyId, BodyId], float]:
+    """Return the share of its strength that each joint uses, by lower and upper body.
+
+    It is the least factor on the strength of the joint with which it bears its part of the forces.
+    """
+    used: dict[tuple[BodyId, BodyId], float] = {}
+    for contact, by_point in zip(problem.contacts, forces.of_contacts, strict=True):
+        if contact.law.is_cone:
+            continue
+        (normal_W,) = contact.normals_W
+        pair = contact.lower, contact.upper
+        for by_normal in by_point:
+            for force_W in by_normal:
+                normal = dot(force_W, normal_W)
+                tangential = norm(add_scaled(force_W, -normal, normal_W))
+                used[pair] = max(used.get(pair, 0.0), _used(contact.law, normal, tangential))
+    return used
+
+
+def _used(law: ContactLaw, normal: float, tangential: float) -> float:
+    """Return the least factor on the bounds of a law, its friction aside, with which it bears a force."""
+    parts = [(-normal, -float(law.least_normal))]
+    parts += [(tangential - float(slope) * normal, float(height)) for height, slope in law.borders]
+    return max((force / bound for force, bound in parts if force > 0.0 < bound), default=0.0)
 
 
 @dataclass(frozen=True, slots=True)

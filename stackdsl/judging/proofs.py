@@ -6,7 +6,7 @@ from math import cos, inf
 
 from stability.analysis.acceleration_margin import acceleration, tilt
 from stability.analysis.bearings import Survived, by_bearing
-from stability.analysis.load_factor import load_factor
+from stability.analysis.load_factor import LoadFactor, load_factor
 from stability.analysis.margins import least_friction
 from stability.analysis.piling import Piling
 from stability.analysis.placement_margin import placement
@@ -274,14 +274,19 @@ def _loaded(problem: Problem) -> VerdictMargins:
     found = load_factor(problem)
     if found is None:
         return VerdictMargins()
+    return VerdictMargins(load_factor=found.factor, yields=gives_way_text(problem, found))
+
+
+def gives_way_text(problem: Problem, found: LoadFactor) -> str:
+    """Return the first mechanism in words, with the joint that gives way; empty without one."""
     if found.motion is None:
-        return VerdictMargins(load_factor=found.factor)
+        return ""
     yields = described(problem, found.motion)
     if found.joints:
         first, more = found.joints[0], len(found.joints) - 1
         others = f", with {how_many(more, 'other joint')}" if more else ""
         yields = f"{yields}; the joint between {first.lower} and {first.upper} gives way{others}"
-    return VerdictMargins(load_factor=found.factor, yields=yields)
+    return yields
 
 
 def _shaken(problem: Problem, gravity: float, margins: VerdictMargins) -> VerdictMargins:

@@ -4,17 +4,19 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from math import inf
 
+from stability.analysis.load_factor import load_factor, used_strength
 from stability.analysis.weakest import Weakest
 from stability.dynamics.onset import as_it_begins
 from stability.geometry.vectors import add
 from stability.model import BodyId, Vec3
 from stability.problem import ZERO, Motion, Placed, Stability, Verdict
 from stability.statics.assembly import Assembly
+from stability.statics.fall_description import really_moving
 from stackdsl.checking.cases import Case
 from stackdsl.compiler.compile import places_of
 from stackdsl.diagnostics import Span
 from stackdsl.judging.numbers import ScenarioNumbers
-from stackdsl.judging.proofs import MOST_FOR_PROGRAMS, frozen_assembly, proofs_of, weakest_of
+from stackdsl.judging.proofs import MOST_FOR_PROGRAMS, frozen_assembly, gives_way_text, proofs_of, weakest_of
 from stackdsl.results import VariantResult
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.recording import Recording
@@ -197,6 +199,27 @@ def _sum(forces: Iterable[Vec3]) -> Vec3:
     return total
 
 
+@dataclass(frozen=True, slots=True)
+class ShownJoint:
+    """A joint at the load factor."""
+
+    lower: BodyId
+    upper: BodyId
+    used: float  # share of its strength
+    yields: bool  # in the first mechanism
+    points_W: tuple[Vec3, ...]  # of its contact [m]
+
+
+@dataclass(frozen=True, slots=True)
+class ShownLimit:
+    """The first mechanism of a structure with joints under a multiple of its own weight."""
+
+    factor: float
+    gives_way: str
+    moving: tuple[BodyId, ...]
+    joints: tuple[ShownJoint, ...]
+
+
 # The view of one run.
 
 
@@ -228,6 +251,27 @@ class RunView:
         depths = [(brick.depth, name) for proof in standing for name, brick in proof.bricks.items()]
         depth, name = min(((depth, name) for depth, name in depths if depth is not None), default=(0.0, ""))
         return (name, depth) if name else None
+
+    def limit(self) -> ShownLimit | None:
+        """Return what limits the load factor; None without joints, or for more than `MOST_FOR_PROGRAMS` bricks.
+
+        It takes seconds. The forces are one set that the joints bear at the load factor.
+        """
+        bricks = sum(not placement.hits for placement in self.timeline.placements)
+        if not self.timeline.world.has_joints or bricks > MOST_FOR_PROGRAMS:
+            return None
+        problem = proofs_of(self.timeline).assembly.problem()
+        found = load_factor(problem) if problem.has_joints else None
+        if found is None or found.forces is None or found.motion is None:
+            return None
+        patches = {(contact.lower, contact.upper): contact.points_W for contact in reversed(problem.contacts)}
+        yielding = {(joint.lower, joint.upper) for joint in found.joints}
+        joints = tuple(
+            ShownJoint(*pair, 1.0 if pair in yielding else min(share, 1.0), pair in yielding, patches[pair])
+            for pair, share in used_strength(problem, found.forces).items()
+        )
+        moving = tuple(really_moving(problem, found.motion))
+        return ShownLimit(found.factor, gives_way_text(problem, found), moving, joints)
 
     def weakest(self) -> Weakest | None:
         """Return the mechanism that opens first; None if a brick falls or needs an engine.

@@ -135,6 +135,7 @@ def payload_of(run: RunView, hurried: bool = False) -> Json:
         "fall": _fall(run, numbers),
         "room": _room(run, numbers),
         "weakest": None if hurried else weakest_told(run.weakest()),
+        "limit": None if hurried else _limit(run, numbers),
         "marks": run.marks,
     }
 
@@ -224,6 +225,22 @@ def _fall(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
 def _room(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
     name, depth = run.least_room or ("", 0.0)
     return {"brick": numbers[name], "depth": float(f"{1000.0 * depth:.4g}")} if name in numbers else None
+
+
+def _limit(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
+    found = run.limit()
+    if found is None:
+        return None
+    return {
+        "factor": float(f"{found.factor:.4g}"),
+        "text": found.gives_way,
+        "bricks": [numbers[name] for name in found.moving],
+        "lower": [numbers.get(joint.lower, joint.lower) for joint in found.joints],
+        "upper": [numbers.get(joint.upper, joint.upper) for joint in found.joints],
+        "used": [round(joint.used, 4) for joint in found.joints],
+        "yields": [int(joint.yields) for joint in found.joints],
+        "points": [[[round(part, 6) for part in point] for point in joint.points_W] for joint in found.joints],
+    }
 
 
 def weakest_told(weakest: Weakest | None) -> Json | None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stackdsl.simulation.recording import COLUMNS
-from stackdsl.viewing.replay.page import harmless, replay_page
+from stackdsl.viewing.replay.page import harmless, payload_of, replay_page
 from stackdsl.viewing.replay.verdict_band import verdict_json
 from stackdsl.viewing.run_view import RunView
 from tests.paths import ROOT
@@ -92,3 +92,25 @@ def test_the_band_shows_no_margin_where_only_the_shift_of_a_fall_is_known() -> N
     assert margins[0].endswith(" mm")
     assert margins[1] == ""
     assert claim["measured"] == "21 bricks stand (largest shift 0 mm of 3.9 mm allowed)"
+
+
+def test_a_page_of_joined_bricks_tells_the_load_factor_and_how_much_of_its_strength_each_joint_uses() -> None:
+    # Blocks glued end to end out of a wall: the joint at the wall bears 9 times the moment of the outermost one.
+    corbel = """
+        scenario: corbel
+        brick: {size: [200 mm, 100 mm, 50 mm], mass: 0.2 kg}
+        world: {walls: [{bearing: 180 deg, distance: 0 m}]}
+        joints: [{bond: {tension: 0.1 MPa, cohesion: 2 MPa}}]
+        build: [{bricks: [{at: [100 mm, 0 mm, 1 m], name: a}, {beside: a, name: b}, {beside: b, name: c}]}]
+        expect: [{stands: all}]
+    """
+    limit = payload_of(views_of(corbel)[0])["limit"]
+    assert limit["factor"] == pytest.approx(7.079, abs=1e-3)
+    assert limit["text"] == "a, b, c tip over wall1; the joint between wall1 and a gives way"
+    assert limit["bricks"] == [0, 1, 2]
+    joints = dict(zip(map(frozenset, zip(limit["lower"], limit["upper"], strict=True)), limit["used"], strict=True))
+    assert [pair for pair, gives in zip(joints, limit["yields"], strict=True) if gives] == [{"wall1", 0}]
+    assert joints[frozenset({"wall1", 0})] == 1.0
+    assert 4.0 / 9.0 <= joints[frozenset({0, 1})] < 1.0
+    assert 1.0 / 9.0 <= joints[frozenset({1, 2})] < joints[frozenset({0, 1})]
+    assert payload_of(views_of(SLANT_TOWER)[0])["limit"] is None
