@@ -174,6 +174,21 @@ STATICS_TABLES: Mapping[str, Table] = {
             Column("median and worst time, ms", "{median_ms:sig2}, {worst_ms:sig2}"),
         ),
     ),
+    "lego-structures": Table(
+        "lego-structures",
+        "structures",
+        (
+            Column("source", "{source}"),
+            Column("structure", "`{structure}`"),
+            Column("bricks", "{bricks}"),
+            Column("published", "{published}"),
+            Column("verdict", "{verdict}"),
+            Column("load factor", "{load_factor}"),
+            Column("by the rule of StableLego", "{rule}"),
+            Column("the same, mirrored", "{mirrored}"),
+            Column("time of verdict, load factor, ms", "{verdict_ms:sig2}, {factor_ms:sig2}"),
+        ),
+    ),
     "pulls": Table(
         "mending",
         "pulls",
