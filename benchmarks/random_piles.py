@@ -19,7 +19,7 @@ from stability.problem import Placed, Stability
 from stability.statics.assembly import LEVEL_GROUND
 from stackdsl.checking.cases import cases_of
 from stackdsl.judging.proofs import piling_of, proofs_of
-from stackdsl.judging.remedies import FallingBuild, HeavierBrick, MoreFriction, Suggestion, suggestions
+from stackdsl.judging.remedies import FallingBuild, HeavierBrick, MoreFriction, StrongerJoints, Suggestion, suggestions
 from stackdsl.language.yaml.source import parse
 
 FRICTION = 0.5
@@ -140,6 +140,8 @@ def checked(piling: Piling, suggestion: Suggestion) -> Checked:
             more = coefficient - FRICTION
             enough, less = (_fall(piling.bricks, FRICTION + part * more, sides=SIDES) for part in (1.0, 1.0 - LESS))
             return Checked("friction", True, enough.stands, less.falls)
+        case StrongerJoints():
+            raise ValueError("a pile has no joints")
         case Propping(bricks, later):
             enough = _fall(piling.bricks, props=bricks)
             fewer = [_fall(piling.bricks, props=[name for name in bricks if name != spared]) for spared in bricks]

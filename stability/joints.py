@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from math import hypot, inf
-from typing import Final
+from typing import Final, Self
 
 from stability.contact_law import ContactLaw, Coulomb, MohrCoulomb
 from stability.geometry.box import box_of
@@ -49,6 +49,10 @@ class Joint(ABC):
         `bodies` are the boxes of the contact, the upper one first; a plane is not among them.
         """
 
+    @abstractmethod
+    def times(self, factor: float) -> Self:
+        """Return the same joint with its strength multiplied by a factor."""
+
     def dry_contact(self, contact: Contact, _bodies: Sequence[Placed]) -> Contact:
         """Return the contact without the points of the joint."""
         return contact
@@ -76,6 +80,10 @@ class Bond(Joint):
             strength = (self.tension * area, self.cohesion * area, self.shear * area)
             yield centre, MohrCoulomb(contact.law.friction, *strength)
 
+    def times(self, factor: float) -> Self:
+        """Return the bond with all strengths multiplied by a factor."""
+        return replace(self, tension=factor * self.tension, cohesion=factor * self.cohesion, shear=factor * self.shear)
+
 
 @dataclass(frozen=True, slots=True)
 class Pull(Joint):
@@ -88,6 +96,10 @@ class Pull(Joint):
         friction = contact.law.friction
         for point in contact.points_W:
             yield point, MohrCoulomb(friction, self.force, friction * self.force)
+
+    def times(self, factor: float) -> Self:
+        """Return the pull multiplied by a factor."""
+        return replace(self, force=factor * self.force)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +136,11 @@ class Studs(Joint):
                 centre = add_scaled(middle, height - dot(normal_W, middle), normal_W)
                 for quarter in quarters:
                     yield add(centre, quarter), law
+
+    def times(self, factor: float) -> Self:
+        """Return the studs with their pull and shear multiplied by a factor."""
+        narrow = None if self.narrow_pull is None else factor * self.narrow_pull
+        return replace(self, pull=factor * self.pull, shear=factor * self.shear, narrow_pull=narrow)
 
     def dry_contact(self, contact: Contact, bodies: Sequence[Placed]) -> Contact:
         """Return the contact of two side faces as a push at half of its height, without friction.
@@ -275,6 +292,10 @@ class Joints:
         if joint is None:
             return contact
         return joint.dry_contact(contact, [bodies[name] for name in (contact.upper, contact.lower) if name in bodies])
+
+    def times(self, factor: float) -> "Joints":
+        """Return the same joints with their strength multiplied by a factor."""
+        return Joints(tuple(replace(rule, joint=rule.joint and rule.joint.times(factor)) for rule in self.rules))
 
     def contacts(self, contact: Contact, bodies: Mapping[BodyId, Placed]) -> tuple[Contact, ...]:
         """Return the contacts that a joint adds to a contact of two bodies, one for each of its laws.

@@ -21,14 +21,16 @@ from stability.analysis.acceleration_cut import (
     proven_distance,
     proven_reach,
     shaken,
+    weights_of,
 )
 from stability.analysis.acceleration_margin import slide
+from stability.analysis.joined_acceleration import joined_along
 from stability.analysis.symmetry import Symmetry, proven_cut, symmetries
 from stability.geometry.rows import Array
-from stability.problem import ZERO, Motion, Problem, Tolerances
+from stability.problem import ZERO, Motion, Problem, Tolerances, rounded
 from stability.process_settings import one_thread
 from stability.statics.conic_program import QuickSeries, SolverPoint, count_work
-from stability.statics.equilibrium import separating_velocities
+from stability.statics.equilibrium import balance, separating_velocities
 
 # Directions of acceleration solved with low accuracy, in a third of the time, but proven like all others.
 #
@@ -177,6 +179,8 @@ def along_bearings(
     on_progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[Survived, ...] | None:
     """Return the survived accelerations along given bearings [rad], each from x towards y."""
+    if problem.has_joints:
+        return _of_joined(problem, bearings, gravity, on_progress)
     count, around = len(bearings), [bearing % (2.0 * pi) for bearing in bearings]
     weakest = [Survived(bearing, inf, inf, None) for bearing in bearings]
     parts = groups_apart(problem)
@@ -194,6 +198,9 @@ def along_bearings(
 @one_thread()
 def along_bearing(problem: Problem, bearing: float, gravity: float | None = None) -> Survived | None:
     """Return the survived acceleration along one bearing; None if the problem is not proven to stand."""
+    if problem.has_joints:
+        joined = _of_joined(problem, [bearing], gravity, lambda _: None)
+        return None if joined is None else joined[0]
     weakest = Survived(bearing, inf, inf, None)
     for part in groups_apart(problem):
         case = shaken(part, gravity, Tolerances())
@@ -203,6 +210,23 @@ def along_bearing(problem: Problem, bearing: float, gravity: float | None = None
         bounds.add(heading(case, bearing))
         weakest = _weaker(weakest, bounds.survived(bearing))
     return weakest
+
+
+def _of_joined(
+    problem: Problem, bearings: Sequence[float], gravity: float | None, on_progress: Callable[[int], None]
+) -> tuple[Survived, ...] | None:
+    """Return the survived acceleration of bricks with joints along each bearing, one program each.
+
+    Smaller accelerations along the same bearing are survived, too, since forces at both ends can be mixed.
+    """
+    tolerances, weights = rounded(problem, Tolerances()), weights_of(problem, gravity)
+    if balance(problem, tolerances).forces is None:
+        return None
+    along = []
+    for done, bearing in enumerate(bearings, 1):
+        along.append(Survived(bearing, *joined_along(problem, weights, bearing, tolerances)))
+        on_progress(done)
+    return tuple(along)
 
 
 def _report(on_progress: Callable[[int], None], before: int, parts: int, done: int) -> None:

@@ -48,7 +48,7 @@ def acceleration_of_joined(
     coming = [2.0 * pi * number / FIRST for number in range(FIRST)]
     while coming:
         angle = coming.pop(0)
-        along = GrownLoads(problem, _pulled(weights, angle))
+        along = GrownLoads(problem, pulled(weights, angle))
         bracket = bracket_of(along, tolerances)
         if bracket.above is not None:
             worst = min(
@@ -66,7 +66,25 @@ def acceleration_of_joined(
     return worst if worst.motion is not None else replace(worst, value=inf)
 
 
-def _pulled(weights: Mapping[BodyId, float], angle: float) -> dict[BodyId, Wrench]:
+def joined_along(
+    problem: Problem, weights: Mapping[BodyId, float], bearing: float, tolerances: Tolerances
+) -> tuple[float, float, Motion | None]:
+    """Return the acceleration that standing bricks survive along a bearing, one that is too large, and its proof [g].
+
+    Without a proof of a fall both are infinite if `HELD` is survived; otherwise the first one is what is proven.
+    """
+    along = GrownLoads(problem, pulled(weights, bearing))
+    bracket = bracket_of(along, tolerances)
+    if bracket.at_once is not None:
+        return 0.0, 0.0, bracket.at_once
+    if bracket.below is None and forces_at(along, HELD, None, tolerances) is not None:
+        return inf, inf, None
+    above, motion = bracket.above or (inf, None)
+    return 0.0 if bracket.below is None else bracket.below[0], above, motion
+
+
+def pulled(weights: Mapping[BodyId, float], angle: float) -> dict[BodyId, Wrench]:
+    """Return the weights as horizontal loads along an angle."""
     return {name: Wrench((weight * cos(angle), weight * sin(angle), 0.0)) for name, weight in weights.items()}
 
 
@@ -85,7 +103,7 @@ def _beyond(  # noqa: PLR0913, PLR0917 -- a proof, and what it is about
     bearing = atan2(y, x)
     if along > 0.0:
         distance = factor * along / size * (1.0 + BESIDE)
-        if motion_at(GrownLoads(problem, _pulled(weights, bearing)), distance, motion, tolerances) is not None:
+        if motion_at(GrownLoads(problem, pulled(weights, bearing)), distance, motion, tolerances) is not None:
             return RoundAcceleration(0.0, distance, bearing % (2.0 * pi), motion, 0)
     return RoundAcceleration(0.0, factor, angle, motion, 0)
 

@@ -255,19 +255,17 @@ def suggest_command(request: Request) -> ExitCode:
     return request.answer(questions, IN_PARTS, "use a part of the build or fewer bricks")[1]
 
 
-def _why_no_repair(case: Case, verdict: Verdict) -> str:
-    """Return why no changes are searched; empty if the structure stands, or falls without joints."""
+def _why_no_repair(verdict: Verdict) -> str:
+    """Return why no changes are searched; empty if the structure is proven to stand or to fall."""
     if verdict.stability is Stability.UNDECIDED:
         return f"it is undecided whether it stands ({verdict.reason}), so there is nothing to repair"
-    if verdict.stability is Stability.UNSTABLE and case.timeline.world.has_joints:
-        return f"it falls ({verdict.reason}); changes are not searched for bricks with joints"
     return ""
 
 
 def _suggestions(name: str, case: Case) -> Parts:
     proofs = proofs_of(case.timeline)
     verdict = proofs.verdict
-    if hopeless := _why_no_repair(case, verdict):
+    if hopeless := _why_no_repair(verdict):
         tell(f"{name}: {hopeless}")
         return
     if verdict.stability is Stability.STABLE:
@@ -284,7 +282,8 @@ def _suggestions(name: str, case: Case) -> Parts:
     yield Part(name, [f"{name} falls: {verdict.reason}", "  it stands with any one of these (each tried):"])
     kinds = set()
     with counted(None, f"{name}: verdicts") as bar:
-        for suggestion in suggestions(FallingBuild(case.timeline, proofs), piling_of(case.timeline), _ticking(bar)):
+        build = FallingBuild(case.timeline, proofs)
+        for suggestion in suggestions(build, piling_of(case.timeline), _ticking(bar)):
             row = suggestion_row(suggestion)
             kinds.add(row["kind"])
             least = "; it then just stands" * (row["kind"] in SHIFTS)

@@ -32,7 +32,7 @@ MARGINS: Final = frozenset({"load_factor", "acceleration", "tilt"})
 MOST_CHANGES: Final = 2000  # of the joints in time; each change judges the structure again
 
 
-def _mortars(scenario: Scenario) -> Iterator[tuple[int, Mortar]]:
+def mortars_of(scenario: Scenario) -> Iterator[tuple[int, Mortar]]:
     """Yield the mortar of each layout that has some, with the number of its step."""
     for number, step in enumerate(scenario.build):
         params = step.layout[1] if step.layout is not None else None
@@ -134,7 +134,7 @@ def _timed_rules(built: ResolvedScenario, scenario: Scenario) -> list[_TimedRule
     rules.reverse()
     for item in scenario.joints:
         rules.append(_TimedRule(_joint(item), between(item), after_placing=_setting(item.bond)))
-    for number, mortar in _mortars(scenario):
+    for number, mortar in mortars_of(scenario):
         if mortar.bond is not None:
             laid = frozenset(brick.name for brick in built.bricks if brick.written.step == number)
             there = {plane.id for plane in built.planes}
@@ -194,7 +194,7 @@ def _bodies(built: ResolvedScenario, scenario: Scenario) -> Mapping[str, frozens
 
 def are_joined(built: ResolvedScenario, scenario: Scenario) -> bool:
     """Return whether joints may hold bricks together."""
-    if scenario.joints or any(_mortars(scenario)) or any(_of_impacts(scenario)):
+    if scenario.joints or any(mortars_of(scenario)) or any(_of_impacts(scenario)):
         return True
     return any(brick.written.kind.studs is not None for brick in built.bricks)
 
@@ -263,7 +263,7 @@ def _long_times(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
 def _weak_mortar(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report mortar without a strength, unless an item of `joints` names bricks of its layout."""
     named = _bodies(built, scenario)
-    for number, mortar in _mortars(scenario):
+    for number, mortar in mortars_of(scenario):
         laid = {brick.name for brick in built.bricks if brick.written.step == number}
         names = [each.of if each.between is None else each.between for each in scenario.joints]
         if mortar.bond is None and not any(

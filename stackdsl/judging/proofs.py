@@ -349,7 +349,7 @@ class Survival(Printed):
     apart: Apart | None = None  # what it survives without friction between side faces, if less
     name: str = ""  # of the case
     notes: tuple[str, ...] = ()  # parts of the case that are not judged
-    # Multiple of its own weight that a structure with joints bears, which has no bearings; and what gives way above it.
+    # Multiple of its own weight that a structure with joints bears, and what gives way above it.
     load_factor: float | None = None
     yields: str = ""
 
@@ -365,27 +365,23 @@ def survival_of(
 ) -> Survival | None:
     """Return the survived acceleration along `count` bearings; None if the assembly is not proven to stand.
 
-    Of a structure with joints, only the load factor is computed. `accuracy` is relative. `on_progress` is called with
-    the number of bearings that are finished.
+    Of a structure with joints, the load factor is computed, too. `accuracy` is relative, for dry structures.
+    `on_progress` is called with the number of bearings that are finished.
     """
     if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
         return None
     problem = assembly.problem()
-    if problem.has_joints:
-        loaded = _loaded(problem)
-        return (
-            None
-            if loaded.load_factor is None
-            else Survival((), None, load_factor=loaded.load_factor, yields=loaded.yields)
-        )
+    loaded = _loaded(problem) if problem.has_joints else VerdictMargins()
     bearings = by_bearing(problem, count, accuracy, assembly.gravity, on_progress=on_progress)
     if bearings is None:
         return None
     first = weakest(problem, assembly.gravity) if len(assembly.bricks) <= MOST_FOR_WEAKEST else None
     texts: dict[int, str] = {}  # by motion, as several bearings share one
-    tips = first_tipping(problem, assembly.gravity) if first is not None and first.slides_on else None
+    slides = first is not None and first.slides_on and not problem.has_joints
+    tips = first_tipping(problem, assembly.gravity) if slides else None
     alone = apart(problem, assembly.gravity, first.acceleration) if first is not None else None
-    return Survival(tuple(_along(problem, each, first, texts) for each in bearings), first, tips, alone)
+    along = tuple(_along(problem, each, first, texts) for each in bearings)
+    return Survival(along, first, tips, alone, load_factor=loaded.load_factor, yields=loaded.yields)
 
 
 def _along(problem: Problem, each: Survived, first: Weakest | None, texts: dict[int, str]) -> BearingSurvival:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from math import floor, inf, log10
 from typing import Final, TypeAlias
 
+from stability.analysis.load_factor import load_factor
 from stability.analysis.margins import Counterweight, counterweight, least_friction
 from stability.analysis.piling import Piling
 from stability.analysis.repair import BrickShift, Propping, SeveralShifts, Shifting, propping
@@ -13,7 +14,7 @@ from stability.model import BodyId
 from stability.problem import Placed, Stability, Verdict
 from stackdsl.judging.numbers import ScenarioNumber, ScenarioNumbers
 from stackdsl.judging.proofs import Proofs, proofs_of
-from stackdsl.timeline import Action, Placement, Timeline
+from stackdsl.timeline import Action, JointsAction, Placement, Timeline
 from stackdsl.wording import rounded_up
 
 # Bisection between a number for which a property holds and a number for which it fails.
@@ -198,17 +199,27 @@ class HeavierBrick:
 
 
 @dataclass(frozen=True, slots=True)
+class StrongerJoints:
+    """All joints stronger by a common factor."""
+
+    factor: float  # inf if no strength is enough: a motion opens no joint
+
+
+@dataclass(frozen=True, slots=True)
 class Remedies:
     """Changes with which a falling scenario stands; each was tried."""
 
     numbers: tuple[OtherNumber, ...] = ()
     friction: MoreFriction | None = None  # None if no amount is proven to be enough, nor that none is
+    joints: StrongerJoints | None = None  # likewise; None also without joints
     counterweight: HeavierBrick | None = None  # None if none was found
     nothing_rises: bool = False  # whether no brick rises in the fall, which proves that no counterweight helps
 
-    def in_order(self) -> Iterator[OtherNumber | MoreFriction | HeavierBrick]:
+    def in_order(self) -> Iterator[OtherNumber | MoreFriction | StrongerJoints | HeavierBrick]:
         """Yield what helps: first what keeps all that is built, then other counts, such as fewer levels."""
         yield from (remedy for remedy in self.numbers if not remedy.number.whole)
+        if self.joints is not None and self.joints.factor < inf:
+            yield self.joints
         if self.friction is not None and self.friction.factor < inf:
             yield self.friction
         if self.counterweight is not None:
@@ -219,14 +230,17 @@ class Remedies:
 def remedies_of(scenario_numbers: ScenarioNumbers, timeline: Timeline, proofs: Proofs) -> Remedies:
     """Return the remedies of a timeline whose `proofs` end with a fall."""
     verdict = proofs.assembly.verdict()
-    if verdict.stability is not Stability.UNSTABLE or timeline.world.has_joints:
+    if verdict.stability is not Stability.UNSTABLE:
         return Remedies()
+    if timeline.world.has_joints:
+        numbers = tuple(_numbers(scenario_numbers, set(verdict.moving)))
+        return Remedies(numbers, joints=stronger_joints(timeline, proofs))
     rising = rising_in(verdict)
     return Remedies(
         tuple(_numbers(scenario_numbers, set(verdict.moving))),
         more_friction(timeline, proofs),
-        _counterweight(timeline, proofs, rising),
-        not rising,
+        counterweight=_counterweight(timeline, proofs, rising),
+        nothing_rises=not rising,
     )
 
 
@@ -249,6 +263,36 @@ def _numbers(scenario_numbers: ScenarioNumbers, moving: set[BodyId]) -> Iterator
             return _stands(scenario_numbers.timeline(number, value))
 
         yield from (OtherNumber(number, limit) for limit in limits(number.number, number.steps, number.whole, holds))
+
+
+def stronger_joints(timeline: Timeline, proofs: Proofs) -> StrongerJoints | None:
+    """Return the strength that the worst step needs, as a multiple of the present one; None if it is not found.
+
+    Joints of s times the strength bear a load if the present ones bear 1 / s of it: dry contacts bear both alike.
+    """
+    strength = 1.0
+    for _ in range(MOST_FRICTIONS):
+        found = load_factor(proofs.assembly.problem())
+        if found is None or not found.factor < 1.0:
+            return None
+        if found.factor == 0.0:
+            return StrongerJoints(inf)
+        needed = strength / found.factor
+        strength = float(rounded_up(needed, 4))
+        proofs = proofs_of(with_stronger_joints(timeline, strength), names_smallest=False)
+        if proofs.verdict.stability is Stability.STABLE:
+            return StrongerJoints(strength)
+    return None
+
+
+def with_stronger_joints(timeline: Timeline, factor: float) -> Timeline:
+    """Return the timeline with all joints stronger by a factor."""
+    actions = [
+        replace(action, joints=action.joints.times(factor)) if isinstance(action, JointsAction) else action
+        for action in timeline.actions
+    ]
+    world = replace(timeline.world, joints=timeline.world.joints.times(factor))
+    return replace(timeline, world=world, actions=tuple(actions))
 
 
 def more_friction(timeline: Timeline, proofs: Proofs) -> MoreFriction | None:
@@ -335,7 +379,7 @@ def with_mass(timeline: Timeline, brick: BodyId, mass: float) -> Timeline:
 # Changes with which a falling build stands: shifts, counterweights, friction, props. Each is tried.
 
 
-Suggestion = BrickShift | SeveralShifts | HeavierBrick | MoreFriction | Propping
+Suggestion = BrickShift | SeveralShifts | HeavierBrick | MoreFriction | StrongerJoints | Propping
 
 
 @dataclass(frozen=True, slots=True)
@@ -356,6 +400,11 @@ def suggestions(build: FallingBuild, piling: Piling, on_progress: Callable[[], N
 
     `on_progress` is called after each trial.
     """
+    if build.timeline.world.has_joints:  # the other changes are searched for dry contacts
+        joints = stronger_joints(build.timeline, build.proofs)
+        if joints is not None and joints.factor < inf:
+            yield joints
+        return
     fall = piling.first_fall()
     if fall is None or fall[1].stability is not Stability.UNSTABLE:
         return

@@ -20,6 +20,7 @@ from stability.work_limit import TooMuchWorkError, limited
 from stackdsl import work
 from stackdsl.checking.cases import Case
 from stackdsl.compiler.fit import Fit, TimedShape, fits
+from stackdsl.compiler.joints import mortars_of
 from stackdsl.judging.judge import expected_of
 from stackdsl.judging.numbers import ScenarioNumbers
 from stackdsl.judging.proofs import (
@@ -31,9 +32,10 @@ from stackdsl.judging.proofs import (
     margins_of_assembly,
     proofs_of,
 )
-from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, remedies_of
+from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, StrongerJoints, remedies_of
 from stackdsl.language.claims.margin import Margin
 from stackdsl.language.joints import JointOfBricks, MortarOrGlue, StudGrid
+from stackdsl.language.schema import Scenario
 from stackdsl.report.blocks import Block, blocks_text, hanging, line, table
 from stackdsl.report.warnings import modified_text
 from stackdsl.shown_text import without_commands
@@ -62,6 +64,7 @@ from stackdsl.wording import (
     joints_text,
     limit_text,
     mass_text,
+    mm,
     moving_text,
     rounded_up,
     shaking_text,
@@ -168,13 +171,19 @@ def remedy_lines(remedies: Remedies) -> Iterator[str]:
     yield from map(_remedy_text, remedies.in_order())
     if remedies.friction is not None and remedies.friction.factor == inf:
         yield friction_text(remedies.friction)
+    if remedies.joints is not None:
+        if remedies.joints.factor == inf:
+            yield stronger_text(remedies.joints)
+        return
     if not remedies.numbers:
         yield "no number of the file was found whose change alone prevents the fall"
     if remedies.counterweight is None:
         yield "no counterweight helps, since no brick rises" if remedies.nothing_rises else NO_COUNTERWEIGHT
 
 
-def _remedy_text(remedy: OtherNumber | MoreFriction | HeavierBrick) -> str:
+def _remedy_text(remedy: OtherNumber | MoreFriction | StrongerJoints | HeavierBrick) -> str:
+    if isinstance(remedy, StrongerJoints):
+        return stronger_text(remedy)
     if isinstance(remedy, MoreFriction):
         return friction_text(remedy)
     if isinstance(remedy, HeavierBrick):
@@ -182,6 +191,12 @@ def _remedy_text(remedy: OtherNumber | MoreFriction | HeavierBrick) -> str:
     number, limit = remedy.number, remedy.limit
     sign = ">=" if limit.least else "<="
     return f"{number.name} {sign} {number.text(limit.value)} instead of {number.text(number.number)} at {number.span}"
+
+
+def stronger_text(remedy: StrongerJoints) -> str:
+    if remedy.factor == inf:
+        return "no strength of the joints is large enough"
+    return f"joints of {remedy.factor:.4g} times their strength"
 
 
 def friction_text(remedy: MoreFriction) -> str:
@@ -253,6 +268,7 @@ def weakest_json(weakest: Weakest) -> Mapping[str, Any]:
 
 
 MICROSECONDS = 1e6
+LEAST_IN_MPA = 1e4  # [Pa] smaller strengths are told in kPa
 TOLD = (*ALL, "guaranteed", "squeezed")  # the reported margins of standing structures
 
 
@@ -323,7 +339,7 @@ def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, numbers: ScenarioN
     yield f"    {'in doubt' if in_doubt else 'moves'}: {', '.join(in_order(verdict.moving))}"
     if side := side_text(fall_side(verdict, bricks)):
         yield f"    direction: {side}"
-    if in_doubt or extent.remedies is False or timeline.world.has_joints:
+    if in_doubt or extent.remedies is False:
         return
     if extent.remedies is None and len(bricks) > MOST_FOR_PROGRAMS:
         yield f"    remedies for more than {MOST_FOR_PROGRAMS} bricks take long to compute; add --remedies"
@@ -415,6 +431,7 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
         yield f"  {' '.join(scenario.description.split())}"
     yield from _world(timeline)
     yield from map(_joint_line, scenario.joints)
+    yield from _mortar_lines(scenario)
     kinds = [scenario.brick, *(step.brick for step in scenario.build)]
     kinds += [brick.brick for step in scenario.build for brick in step.bricks or ()]
     for studs in dict.fromkeys(kind.studs for kind in kinds if kind is not None and kind.studs is not None):
@@ -452,9 +469,8 @@ def _studs_text(studs: StudGrid) -> str:
 def _joint_line(item: JointOfBricks) -> str:
     """Return one item of the joints in words."""
     match item:
-        case JointOfBricks(bond=MortarOrGlue(tension=tension, cohesion=cohesion, shear=shear)):
-            strengths = {"tension": tension, "cohesion": cohesion} | ({} if shear is None else {"shear": shear})
-            what = "bond of " + ", ".join(f"{1e-6 * each:g} MPa {name}" for name, each in strengths.items())
+        case JointOfBricks(bond=MortarOrGlue() as bond):
+            what = _bond_text(bond)
         case JointOfBricks(pull=float(pull)):
             what = f"pull of {pull:g} N at each corner"
         case JointOfBricks(studs=StudGrid() as studs):
@@ -463,6 +479,23 @@ def _joint_line(item: JointOfBricks) -> str:
             what = "none"
     where = f"between {' and '.join(item.between)}" if item.between else f"of {', '.join(item.of or ['all bodies'])}"
     return f"  joint {where}: {what}"
+
+
+def _mortar_lines(scenario: Scenario) -> Iterator[str]:
+    for number, mortar in mortars_of(scenario):
+        strength = "the joints above" if mortar.bond is None else _bond_text(mortar.bond)
+        yield f"  mortar of step {number + 1}: joints of {mm(mortar.thickness)}, {strength}"
+
+
+def _bond_text(bond: MortarOrGlue) -> str:
+    strengths = {"tension": bond.tension, "cohesion": bond.cohesion}
+    strengths |= {} if bond.shear is None else {"shear": bond.shear}
+    text = "bond of " + ", ".join(f"{_strength_text(each)} {name}" for name, each in strengths.items())
+    return text if bond.from_ is None else f"{text}, {clock(bond.from_).strip()} after placing"
+
+
+def _strength_text(strength: float) -> str:
+    return f"{1e-3 * strength:g} kPa" if 0.0 < strength < LEAST_IN_MPA else f"{1e-6 * strength:g} MPa"
 
 
 def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:

@@ -14,8 +14,15 @@ from stability.analysis.weakest import Weakest
 from stability.name_order import in_order, names_text
 from stability.problem import Stability
 from stackdsl.judging.proofs import BearingSurvival, Survival
-from stackdsl.judging.remedies import HeavierBrick, MoreFriction, Suggestion
-from stackdsl.report.statics import counterweight_text, friction_text, later_text, load_factor_text, weakest_json
+from stackdsl.judging.remedies import HeavierBrick, MoreFriction, StrongerJoints, Suggestion
+from stackdsl.report.statics import (
+    counterweight_text,
+    friction_text,
+    later_text,
+    load_factor_text,
+    stronger_text,
+    weakest_json,
+)
 from stackdsl.report.study_table import StudyTable, rows_within
 from stackdsl.report.warnings import levels_told
 from stackdsl.shown_text import visible
@@ -545,8 +552,6 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
         yield f"{name} bears {load_factor_text(survival.load_factor)}"
         if survival.yields:
             yield f"  beyond: {survival.yields}"
-        yield "  Accelerations by bearing are not computed for bricks with joints; `explain` has the least one."
-        return
     worst = survival.worst
     if worst.survived == inf:
         yield f"{name} survives every acceleration in every direction, since it is held on all sides"
@@ -761,6 +766,8 @@ def _amounts(suggestion: Suggestion) -> tuple[str, str, float | None, str, float
             return ("counterweight", brick, 1e3 * mass, "g", None)
         case MoreFriction(_, coefficient):
             return ("friction", "", coefficient, "", None)
+        case StrongerJoints(factor):
+            return ("joints", "", factor, "", None)
         case Propping(bricks):
             return ("props", " ".join(bricks), None, "", None)
 
@@ -777,6 +784,8 @@ def suggestion_text(suggestion: Suggestion) -> str:
             return counterweight_text(suggestion)
         case MoreFriction():
             return friction_text(suggestion)
+        case StrongerJoints():
+            return stronger_text(suggestion)
         case Propping(bricks, later):
             props = f"permanent prop{'s' * (len(bricks) > 1)} under {', '.join(bricks)}"
             return props + later_text(later)

@@ -54,9 +54,6 @@ def plan_of(case: Case, asked: FragilityRequest) -> FragilityPlan:
         raise NotProvenError(f"only statics computes survived intensities, '{case.system}' does not")
     if asked.bearing is not None and not intensity.is_steady:
         raise FragilityRequestError(f"{asked.option('bearing')} applies only to acceleration and tilt; remove it")
-    if asked.bearing is not None and case.timeline.world.has_joints:
-        told = "no acceleration by bearing is computed for bricks with joints"
-        raise FragilityRequestError(f"{told}; remove {asked.option('bearing')}, for the worst direction")
     written = case.scenario
     return FragilityPlan(
         case,

@@ -5,9 +5,9 @@ from typing import Any, Final, TypeAlias
 
 from stability.work_limit import TooMuchWorkError, limited
 from stackdsl.judging.proofs import MOST_FOR_PROGRAMS, proofs_of
-from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, remedies_of
+from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, StrongerJoints, remedies_of
 from stackdsl.report.outline import Status, failure_lines, status_of
-from stackdsl.report.statics import counterweight_text, friction_text
+from stackdsl.report.statics import counterweight_text, friction_text, stronger_text
 from stackdsl.report.text import ending_text, margin_words, outcome_text, unchecked_text
 from stackdsl.results import ClaimOutcome, RunStatus, VariantResult
 from stackdsl.viewing.run_view import RunView
@@ -108,7 +108,9 @@ def remedies_json(remedies: Remedies) -> list[Json]:
     return [_remedy_json(remedy) for remedy in remedies.in_order()]
 
 
-def _remedy_json(remedy: OtherNumber | MoreFriction | HeavierBrick) -> Json:
+def _remedy_json(remedy: OtherNumber | MoreFriction | StrongerJoints | HeavierBrick) -> Json:
+    if isinstance(remedy, StrongerJoints):
+        return {"text": stronger_text(remedy), "now": "", "copy": f"{remedy.factor:.4g}", "file": "", "line": 0}
     if isinstance(remedy, MoreFriction):
         text = friction_text(remedy).replace(">=", "≥")
         return {"text": text, "now": "", "copy": f"{remedy.coefficient:.4g}", "file": "", "line": 0}

@@ -91,8 +91,6 @@ def test_samples_of_a_glued_corbel_stand_with_the_strength_that_a_closed_form_re
         write(tmp_path, f"{text}{drawn}expect: [{{stands: {{share: '{share}'}}}}]\n", "samples.yaml")
         told = stackdsl("check", "samples.yaml", "--no-golden")
         assert told.code == ExitCode.OK, told.text
-    refused = stackdsl("fragility", "samples.yaml", "--over", "acceleration", "--bearing", "0")
-    assert "no acceleration by bearing is computed for bricks with joints; remove --bearing" in refused.text
 
 
 def test_a_dry_structure_that_stands_bears_any_multiple_of_its_weight(stackdsl: Stackdsl, tmp_path: Path) -> None:
@@ -105,7 +103,7 @@ def test_a_dry_structure_that_stands_bears_any_multiple_of_its_weight(stackdsl: 
 
 @pytest.mark.parametrize(
     "command",
-    [("suggest", "weak.yaml"), ("sensitivities", "corbel.yaml"), ("find", "corbel.yaml", "--least", "friction")],
+    [("sensitivities", "corbel.yaml"), ("find", "corbel.yaml", "--least", "friction")],
 )
 def test_commands_that_need_dry_bricks_say_so(stackdsl: Stackdsl, tmp_path: Path, command: tuple[str, ...]) -> None:
     write(tmp_path, WEAK, "weak.yaml")
@@ -199,3 +197,37 @@ def test_dry_structures_are_not_watched_for_days(stackdsl: Stackdsl, tmp_path: P
     write(tmp_path, "scenario: dry\nbuild: [{column: {levels: 3}, every: 2 d}]\n", "dry.yaml")
     told = stackdsl("run", "dry.yaml")
     assert "the time of 2 days is too long" in told.err
+
+
+def test_suggest_tells_the_strength_that_holds_a_falling_structure(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    needed = 1e4 / (FACTOR / 10.0)  # 1.4126 times 10 kPa
+    write(tmp_path, WEAK, "weak.yaml")
+    told = json.loads(stackdsl("suggest", "weak.yaml", "--format", "json").out)["cases"][0]["rows"]
+    assert [(each["kind"], each["amount"]) for each in told] == [("joints", 1.413)]
+    explained = stackdsl("explain", "weak.yaml").out
+    assert "joints of 1.413 times their strength" in explained
+    named = WEAK.replace("tension: 0.01 MPa", "tension: '${glue}'").replace("world:", "let: {glue: 10 kPa}\nworld:")
+    write(tmp_path, named, "weak.yaml")
+    assert f"glue >= {needed / 1e3:.2f} kPa instead of 10 kPa" in stackdsl("explain", "weak.yaml").out
+    strong = WEAK.replace("0.01 MPa", f"{1.413e4:g} Pa")
+    write(tmp_path, strong, "strong.yaml")
+    assert "proven to stand" in stackdsl("explain", "strong.yaml").out
+    unheld = WEAK.replace("cohesion: 2 MPa", "cohesion: 0 MPa").replace("tension: 0.01", "tension: 0")
+    write(tmp_path, unheld, "unheld.yaml")
+    assert "no strength of the joints is large enough" in stackdsl("explain", "unheld.yaml").out
+
+
+def test_survive_tells_the_accelerations_of_joined_bricks_by_bearing(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    # A block of 200 x 100 x 50 mm glued to the ground tips about each edge against its weight and the glue.
+    block = """
+scenario: block
+brick: {size: [200 mm, 100 mm, 50 mm], mass: 0.2 kg}
+joints: [{bond: {tension: 1 kPa, cohesion: 1 MPa}}]
+build: [{bricks: [{on: ground, name: a}]}]
+"""
+    write(tmp_path, block, "block.yaml")
+    case = json.loads(stackdsl("survive", "block.yaml", "--bearings", "4", "--format", "json").out)["cases"][0]
+    pressed = 1.0 + 1e3 * 0.2 * 0.1 / (0.2 * 9.81)  # weight and glue, in units of the weight
+    assert [row["survives_g"] for row in case["bearings"]] == pytest.approx([4 * pressed, 2 * pressed] * 2, rel=1e-5)
+    assert case["load_factor"] is None  # any
+    assert case["weakest"]["survives_g"] == pytest.approx(2 * pressed, rel=1e-3)
