@@ -64,11 +64,18 @@ class EventKind(StrEnum):
     TAKEN = "taken"  # a hand begins to move or hold a brick
     LET_GO = "let go"  # a hand releases a brick
     COLLAPSED = "collapsed"
+    OPENED = "opened"  # joints that did not bear their loads; the bricks of all
 
 
 JOINING = frozenset({EventKind.JOINED, EventKind.SET, EventKind.CUT})  # changes of joints
 # Events that are actions of the scenario; all others are consequences.
-ACTIONS = frozenset(EventKind) - {EventKind.FROZEN, EventKind.WOKEN, EventKind.HIT, EventKind.COLLAPSED}
+ACTIONS = frozenset(EventKind) - {
+    EventKind.FROZEN,
+    EventKind.WOKEN,
+    EventKind.HIT,
+    EventKind.COLLAPSED,
+    EventKind.OPENED,
+}
 
 
 @dataclass(frozen=True, slots=True)

@@ -145,6 +145,12 @@ def joints_text(joints: Sequence["PlacementLimit"]) -> str:
     )
 
 
+def opened_text(pairs: Sequence[Sequence[str]]) -> str:
+    """Return the joints between pairs of bodies, such as `joint of L1.1 and L2.1`."""
+    named = [" and ".join(pair) for pair in pairs]
+    return f"joint of {named[0]}" if len(named) == 1 else f"joints of {in_short(PARTS.join(named))}"
+
+
 def slides_together(weakest: Weakest) -> bool:
     """Return whether the mechanism is that several bricks, and all that there are, slide together."""
     return bool(weakest.slides_on) and len(weakest.bricks) > 1

@@ -27,6 +27,7 @@ class Update:
     proof: str = ""  # stage that proved the frozen bricks; empty without proofs
     riding: tuple[BodyId, ...] = ()  # the bricks in `woken` that move in rigid groups on others
     by: tuple[BodyId, ...] = ()  # moving bricks that hit or press those in `woken`; empty if any has another cause
+    opened: frozenset[frozenset[BodyId]] = frozenset()  # pairs of bodies whose joint has opened
 
     def then(self, other: "Update") -> "Update":
         """Merge with a later update of the same pass, which provides the frozen bricks and their proof."""
@@ -39,6 +40,7 @@ class Update:
             other.proof,
             self.riding + other.riding,
             self.by + other.by if has_cause else (),
+            self.opened | other.opened,
         )
 
 

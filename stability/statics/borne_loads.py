@@ -1,6 +1,6 @@
 """Decides whether the contacts of one problem bear changing loads, such as those of bricks in motion."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,9 +19,9 @@ from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
 
 ACCURACY = 1e-8  # of the solver
 BALANCED = 1e-6  # share of the largest load, or of a usual force: largest residual of forces that balance
-FAINT = 1e-8  # weight of contacts without room
-MOST = 1e6  # times a usual force: more room makes no difference
-SINGULAR = 1e-12  # smaller shares of the largest eigenvalue are zero: a structure in the air moves freely
+FAINT = 1e-6  # weight of contacts without room
+MOST = 100.0  # times a usual force: more room makes no difference
+FREE = 1e-12  # share of the largest stiffness that is added to all, as a structure in the air moves freely
 BARELY = 1e-6  # share: a smaller lack of strength is rounding
 
 
@@ -32,16 +32,15 @@ class BorneLoads:
     problem: Problem
     constant: Mapping[BodyId, Wrench] | None = None  # loads in addition to those asked about, which the contacts bear
     _system: WrenchMatrix = field(init=False)
-    _matrix: Array = field(init=False)
     _steady: Array = field(init=False)
     _forces: Array = field(init=False)
-    _correction: Array | None = field(default=None, init=False)  # (rows, columns) forces for a unit of residual
+    _weights: Array = field(init=False)  # of the forces in corrections
+    _solve: Callable[[Array], Array] | None = field(default=None, init=False)  # of the stiffness with these weights
 
     def __post_init__(self) -> None:
         self._system = wrench_matrix(self.problem, whole=True, any_law=True)
-        self._matrix = self._system.matrix.toarray()
         self._steady = self._system.wrench_of(self.constant or {})
-        self._forces = np.zeros(len(self._system.row_scale))
+        self._forces = self._weights = np.zeros(len(self._system.row_scale))
 
     def yields_under(self, loads: Mapping[BodyId, Wrench]) -> Motion | None:
         """Return the motion at which contacts yield under loads; None if they bear them.
@@ -55,7 +54,7 @@ class BorneLoads:
             return None
         rows = central_forces(self._system, total, ACCURACY, quick_solve)
         if not isinstance(rows, str) and self._settle(rows, total, size):
-            self._correction = None
+            self._solve = None
             return None
         point = yielding(self._system, growing, None if self.constant is None else self._steady, ACCURACY, quick_solve)
         if isinstance(point, str) or not np.isfinite(point.columns).all():
@@ -67,20 +66,23 @@ class BorneLoads:
         if not np.isfinite(rows).all():
             return False
         rows = self._system.project(rows)
-        if np.abs(self._matrix.T @ rows + total).max(initial=0.0) > BALANCED * size:
+        if np.abs(self._system.matrix.T @ rows + total).max(initial=0.0) > BALANCED * size:
             return False
         self._forces = rows
         return True
 
     def _corrected(self, total: Array) -> Array:
-        if self._correction is None:
+        """Return the forces that balanced the last loads, corrected for other loads."""
+        matrix = self._system.matrix
+        if self._solve is None:
+            from scipy.sparse import diags, identity  # noqa: PLC0415 -- slow to import, and most bricks are dry
+            from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
+
             room = np.minimum(self._system.room(self._forces), MOST)
-            weighted = (room * room + FAINT)[:, None] * self._matrix
-            values, vectors = np.linalg.eigh(self._matrix.T @ weighted)
-            inverse = np.where(
-                values > SINGULAR * values.max(initial=0.0), 1.0 / np.where(values > 0.0, values, 1.0), 0.0
-            )
-            self._correction = -weighted @ ((vectors * inverse) @ vectors.T)
-        residual = self._matrix.T @ self._forces + total
-        corrected: Array = self._forces + self._correction @ residual
+            self._weights = room * room + FAINT
+            stiffness = matrix.T @ diags(self._weights) @ matrix
+            added = FREE * abs(stiffness).max() * identity(len(total))
+            self._solve = splu((stiffness + added).tocsc()).solve
+        residual = matrix.T @ self._forces + total
+        corrected: Array = self._forces - self._weights * (matrix @ self._solve(residual))
         return corrected

@@ -125,6 +125,7 @@ WORDS = {
     EventKind.WOKEN: "moves",
     EventKind.HIT: "hits",
     EventKind.COLLAPSED: "fallen",
+    EventKind.OPENED: "opens",
 }  # in place of their names
 IN_FLIGHT = "in flight"  # of bricks that are thrown or dropped
 SIMULATED = "simulated"  # of bricks that a hit or a load may move, and that do not move yet
@@ -177,7 +178,9 @@ class EventLines:
         word = SIMULATED if imminent or also else IN_FLIGHT if event.flying else WORDS.get(event.kind, event.kind.value)
         # The reason of a proof does not begin with a name, even if a brick is called `load`.
         told_of = (EventKind.WOKEN, EventKind.HIT, EventKind.COLLAPSED)
-        begins = event.kind in told_of and not (imminent or also) and reason.startswith(f"{named} ")
+        begins = event.kind is EventKind.OPENED or (
+            event.kind in told_of and not (imminent or also) and reason.startswith(f"{named} ")
+        )
         link = ", proven to stand: " if event.kind is EventKind.FROZEN else ": "
         named = f"also {named}" if also else named
         told = reason if begins else f"{named}{link}{reason}" if reason else named

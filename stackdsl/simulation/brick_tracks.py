@@ -9,6 +9,7 @@ from typing import Protocol
 from stability.geometry.placed_shape import apart
 from stability.geometry.vectors import lean_between, turn_between
 from stability.model import BodyId, BodyState, Brick, Pose
+from stability.name_order import in_order
 from stability.problem import Motion, Placed, Stability, Stage, Verdict
 from stability.stabilizers.protocol import Stabilizer, Update
 from stability.stabilizers.rest import RestLimits
@@ -23,7 +24,7 @@ from stackdsl.trace import (
     Event,
     EventKind,
 )
-from stackdsl.wording import mm
+from stackdsl.wording import mm, opened_text
 
 # Tracks of placed bricks: rest pose, shift and tilt since, and the first brick that left its place.
 
@@ -403,6 +404,10 @@ class EventLog:
             self._proofs[update.proof] += len(stays)
             lying = tuple(brick for brick in stays if watch.bricks[brick].lies)
             self.add(Event(now, EventKind.FROZEN, stays, update.proof, lying=lying))
+        if update.opened:
+            pairs = sorted(tuple(in_order(pair)) for pair in update.opened)
+            bricks = {name for pair in pairs for name in pair if name in watch.bricks}
+            self.add(Event(now, EventKind.OPENED, tuple(in_order(bricks)), opened_text(pairs)))
         if update.woken:
             self.add(Event(now, EventKind.WOKEN, update.woken, update.reason, riding=update.riding))
 

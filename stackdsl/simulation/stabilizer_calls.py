@@ -213,8 +213,7 @@ class StabilizerDriver:
         update = None if self.extension is None else self.extension.opened()
         if update is None:
             return False
-        if update.woken:
-            self._process(update)
+        self._process(update)
         return True
 
     def moved_without_engine(self) -> None:

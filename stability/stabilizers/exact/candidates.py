@@ -15,7 +15,7 @@ from stability.model import BodyId, BodyState, Brick, HalfSpace, Plane, Pose, co
 from stability.problem import Placed, Stability, Verdict
 from stability.stabilizers.protocol import BrickObserver
 from stability.statics.assembly import Assembly
-from stability.statics.opened_joints import Pair, held_pairs
+from stability.statics.opened_joints import Pair, held_pairs, joined_pairs
 
 # Selection of the bricks that may be judged: those that touch only bodies that statics supports.
 
@@ -163,6 +163,7 @@ class Judgement:
     released: Mapping[BodyId, Pose]  # the released bricks with their poses
     lowest: tuple[BodyId, ...]  # the lowest brick that the first verdict names; empty if it is STABLE
     held: frozenset[Pair] = frozenset()  # pairs of released bricks whose joint does not open
+    opened: frozenset[Pair] = frozenset()  # pairs of bodies, released ones among them, whose joint opens
 
 
 def release_until_stable(assembly: Assembly, verdict: Verdict, *, names_smallest: bool = True) -> Judgement:
@@ -170,13 +171,15 @@ def release_until_stable(assembly: Assembly, verdict: Verdict, *, names_smallest
     first = verdict = as_it_begins(assembly, verdict)
     released: dict[BodyId, Pose] = {}
     lowest: tuple[BodyId, ...] = ()
-    held: set[Pair] = set()
+    held, joined = set[Pair](), set[Pair]()
     while verdict.stability is not Stability.STABLE:
         moving = verdict.moving or tuple(assembly.bricks)
         poses = {brick: assembly.bricks[brick].pose for brick in moving}
         lowest = lowest or (min(moving, key=lambda brick: (poses[brick].position_W[2], brick)),)
         released |= poses
         if assembly.joints.rules:
-            held |= held_pairs(assembly.problem(moving), verdict.motion)
+            problem = assembly.problem(moving)
+            joined |= joined_pairs(problem.contacts)
+            held |= held_pairs(problem, verdict.motion)
         verdict = as_it_begins(assembly, assembly.remove(moving, names_smallest=names_smallest))
-    return Judgement(first, verdict, released, lowest, frozenset(held))
+    return Judgement(first, verdict, released, lowest, frozenset(held), frozenset(joined - held))

@@ -126,10 +126,9 @@ class Overload:
         most = max(fastest.values(), default=0.0)
         return [name for name, speed in fastest.items() if speed > QUIET * most] or list(self.problem.bricks)
 
-    @property
-    def opened(self) -> set[Pair]:
-        """The pairs whose joint opens."""
-        return opened_pairs(self.problem, self.motion)
+    def joined_with(self, bricks: Collection[BodyId]) -> set[Pair]:
+        """Return the pairs of bodies with a joint, at least one of which is among some bricks."""
+        return {pair for pair in joined_pairs(self.problem.contacts) if not pair.isdisjoint(bricks)}
 
 
 @dataclass

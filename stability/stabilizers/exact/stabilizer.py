@@ -147,8 +147,8 @@ class ProvenStability(Stabilizer):
         return sorted(self._awake.names)
 
     def riding(self) -> Collection[BodyId]:
-        """Return the awake bricks that move in rigid groups on others."""
-        return self._rigid_groups.bricks
+        """Return the awake bricks that move in rigid groups on others, or in bodies with others."""
+        return self._rigid_groups.bricks.union(*(body.names[1:] for body in self._joined.bodies))
 
     def is_frozen(self, brick: BodyId) -> bool:
         """Check that a brick is frozen, with a proof."""
@@ -175,7 +175,8 @@ class ProvenStability(Stabilizer):
         if frozen or not self._awake.names:  # otherwise no verdict has changed
             self._verdict = judgement.first
         woken = self._wake_released(judgement)
-        return Update((), woken, judgement.lowest, judgement.first.reason if woken else "")
+        reason = judgement.first.reason if woken else ""
+        return Update((), woken, judgement.lowest, reason, opened=judgement.opened)
 
     def rejoined(self, joints: Joints) -> Update:
         """Handle other joints of all bricks: bricks that cannot stand with them wake immediately."""
@@ -184,7 +185,8 @@ class ProvenStability(Stabilizer):
         judgement = release_until_stable(self.assembly, self.assembly.verdict())
         self._verdict = judgement.first
         woken = self._wake_released(judgement)
-        return Update((), woken, judgement.lowest, judgement.first.reason if woken else "")
+        reason = judgement.first.reason if woken else ""
+        return Update((), woken, judgement.lowest, reason, opened=judgement.opened)
 
     def update(self) -> Update:
         """Judge external changes, disturbances, bricks that have come to rest, and the motion of the ground."""
@@ -270,7 +272,7 @@ class ProvenStability(Stabilizer):
             self._joined.open(body, pairs, self.assembly)
         update = self._wake_overloaded(overloads, tuple(sorted(by)))
         self._joined.weld()
-        return update
+        return replace(update, opened=update.opened.union(*(pairs for _, pairs in opening)))
 
     def _wake_overloaded(self, overloads: Sequence[Overload], by: tuple[BodyId, ...] = ()) -> Update:
         """Wake the frozen bricks that loads move."""
@@ -283,8 +285,9 @@ class ProvenStability(Stabilizer):
             self._awake.rest_poses.remember(poses, set(overload.loaded) & poses.keys())
             self._wake(sorted(poses))
             self._release_joined(poses, judgement.held | held)
-            reason = f"{names_text(overload.loaded)} hit or loaded beyond what holds {names_text(moving)}"
-            update = update.then(Update((), tuple(sorted(poses)), reason=reason, by=by))
+            reason = f"the load on {names_text(overload.loaded)} is more than the joints and contacts bear"
+            opened = judgement.opened | (overload.joined_with(moving) - held)
+            update = update.then(Update((), tuple(sorted(poses)), reason=reason, by=by, opened=opened))
         return update
 
     def _strike_joined(self, brick: BodyId, impulse_W: Vec3, offset_W: Vec3) -> Update:
@@ -295,6 +298,7 @@ class ProvenStability(Stabilizer):
         while opening := self._joined.opening({brick: wrench}):
             for body, pairs in opening:
                 self._joined.open(body, pairs, self.assembly)
+                update = replace(update, opened=update.opened | pairs)
         self._joined.weld()
         return update
 
@@ -487,6 +491,7 @@ class ProvenStability(Stabilizer):
             judgement.lowest if woken else (),
             judgement.first.reason if woken else "",
             proof,
+            opened=frozenset(pair for pair in judgement.opened if not pair.isdisjoint(woken)),
         )
 
     def _wake_disturbed(self, states: Mapping[BodyId, BodyState]) -> Update:

@@ -226,3 +226,46 @@ def test_a_push_in_the_air_parts_a_pair_whose_joint_does_not_bear_its_half_and_k
                 x, _, z = place(recording, brick, time)
                 assert x == pytest.approx(start + speed * (time - 0.05), abs=1e-6)
                 assert z == pytest.approx(2.0 - 0.5 * G * time * time, abs=1e-6)
+
+
+LEGO = """
+scenario: lego
+brick_types:
+  shot: {{size: [60 mm, 20 mm, 20 mm], mass: 0.02 kg}}
+  lego: {{size: [32 mm, 16 mm, {height} mm], mass: {mass} g}}
+brick: lego
+{joints}
+build:
+  - column: {{levels: {levels}, step: 0 mm}}
+impacts:
+  - throw: {{at: {target}, from: {{bearing: 90 deg, distance: 30 mm}}, speed: 5 m/s, brick: shot}}
+    at: 3 s
+watch: 1 s
+expect: [{{stands: all}}]
+"""
+
+
+def test_a_studded_tower_that_is_hit_moves_as_one_brick() -> None:
+    studs = "joints: [{of: lego, studs: {pitch: 8 mm, pull: 1 kN, shear: 1 kN}}]"
+    (trace, tower) = played(LEGO.format(height=9.6, mass=2.3, joints=studs, levels=7, target="L4.1"))
+    (_, brick) = played(LEGO.format(height=67.2, mass=16.1, joints="", levels=1, target="L1.1"))
+    names = [f"L{level}.1" for level in range(1, 8)]
+    assert EventKind.OPENED not in {event.kind for event in trace.events}
+    for time in (3.02, 3.05, 3.1):
+        shift = place(brick, "L1.1", time) - (0.0, 0.0, 0.0336)
+        assert np.linalg.norm(shift) > 0.01
+        assert np.allclose(
+            mean_place(tower, names, time), place(brick, "L1.1", time), atol=3e-3 * np.linalg.norm(shift)
+        )
+        assert np.linalg.norm(place(tower, "L7.1", time) - place(tower, "L1.1", time)) == pytest.approx(
+            0.0576, rel=1e-9
+        )
+
+
+def test_studs_that_a_hit_opens_are_named() -> None:
+    studs = "joints: [{of: lego, studs: {pitch: 8 mm, pull: 1 N, shear: 3 N}}]"
+    trace, _ = played(LEGO.format(height=9.6, mass=2.3, joints=studs, levels=8, target="L6.1"))
+    opened = [event for event in trace.events if event.kind is EventKind.OPENED]
+    assert opened
+    assert all(event.reason.startswith("joint") for event in opened)
+    assert {name for event in opened for name in event.bricks} <= {f"L{level}.1" for level in range(1, 9)}
