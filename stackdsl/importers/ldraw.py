@@ -30,6 +30,7 @@ DEEPEST: Final = 40  # models inside of models
 MOST_LINES: Final = 200_000  # that are read, those of a model once for each of its uses
 NUMBERS: Final = 12  # of the place and rotation of a part
 COLOUR: Final = 1  # that of a line comes before the numbers
+OTHER_PARTS: Final = "other parts"  # in `ignore`: all parts that the catalogue lacks
 _GEOMETRY: Final = "geometry"  # lines, triangles and quadrilaterals
 
 KINDS: Final[Mapping[str, str]] = {number: kind for kind, part in LEGO.items() for number in part.ldraw}
@@ -129,8 +130,10 @@ class _Parts:
             self.of(name, own, outer)
         elif name not in self.unknown and part.suffix not in {".ldr", ".mpd"}:
             self.unknown[name] = None
+            if all_others := OTHER_PARTS in self.reading.ignored:
+                self.reading.used.add(OTHER_PARTS)
             advice = "use bricks and plates of the catalogue (docs/language.md, Bricks with studs)"
-            self.reading.skip(name, span, harmless=False, advice=advice)
+            self.reading.skip(name, span, harmless=all_others, advice=advice)
 
     def _open(self, name: str, written: str, span: Span) -> bool:
         """Read a model from a file of its own; report and return False if that fails."""

@@ -28,7 +28,7 @@ from stackdsl.diagnostics import did_you_mean
 from stackdsl.language import value_types as t
 from stackdsl.language.joints import LEGO_STUDS, StudGrid
 from stackdsl.language.layouts.registry import BrickSpec
-from stackdsl.language.lego import LEGO, PLATES
+from stackdsl.language.lego import LEGO, PLATES, meant_lego
 from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Shorthand, default
 from stackdsl.language.quantities import SIDE, ConsequentialError, InputError, shown, triple
 from stackdsl.language.value_types import Levels
@@ -370,9 +370,12 @@ class BrickKind(Shorthand, ExactlyOneKey):
         message = f"there is no brick {shown(scalar)} in the catalogue or under `brick_types`"
         size = triple(name)
         hint = f"write {{size: {size}, density: {cls.examples['density']}}}" if size else ""
-        names = did_you_mean(str(scalar), (*known, *CATALOGUE))
-        define = "" if names.endswith("?") else "; or define it under `brick_types`"
-        raise InputError("SD104", message, hint or names + define)
+        names = meant_lego(name) or did_you_mean(str(scalar), (*known, *CATALOGUE))
+        names = names or did_you_mean(
+            str(scalar), (*known, *(kind for kind in CATALOGUE if kind not in LEGO), "lego_2x4")
+        )
+        define = "" if names.endswith("?") else "define it under `brick_types`"
+        raise InputError("SD104", message, hint or "; or ".join(filter(None, [names, define])))
 
     @classmethod
     def scalar_schema(cls, _properties: dict[str, t.JsonSchema]) -> t.JsonSchema:

@@ -4,6 +4,7 @@ Lengths are nominal: a real brick is 0.2 mm shorter and narrower than its studs 
 its neighbours.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -76,3 +77,19 @@ LEGO: Final[Mapping[str, LegoPart]] = {
     for prefix, plates, parts in (("lego_", PLATES, _BRICKS), ("lego_plate_", 1, _PLATES))
     for (length, width), grams, ldraw in parts
 }
+
+_SIZE: Final = re.compile(
+    r"(?:lego)?[-_ ]?(?:brick)?(?P<plate>plate)?[-_ ]?(?P<one>\d{1,2})\s?x\s?(?P<other>\d{1,2})", re.IGNORECASE
+)
+
+
+def meant_lego(text: str) -> str:
+    """Return the remedy for another spelling of a brick, such as `2x4` or `lego plate 4x2`; empty for other texts."""
+    match = _SIZE.fullmatch(text.strip())
+    if match is None:
+        return ""
+    prefix = "lego_plate_" if match["plate"] else "lego_"
+    one, other = sorted((int(match["one"]), int(match["other"])))
+    if f"{prefix}{one}x{other}" in LEGO:
+        return f"did you mean '{prefix}{one}x{other}'?"
+    return f"choose from: {', '.join(name for name in LEGO if re.fullmatch(rf'{prefix}[0-9x]+', name))}"

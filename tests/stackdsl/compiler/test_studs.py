@@ -136,3 +136,17 @@ def test_the_kind_of_the_scenario_must_have_studs_for_places_in_studs() -> None:
 def test_studs_of_the_ground_need_a_brick_that_they_hold() -> None:
     mistake = only_mistake("{on: ground}", SCENE.replace("lego_2x4", "kapla"))
     assert (mistake.span.line, mistake.message) == (4, "no brick has the studs of the ground")
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("2x4", "did you mean 'lego_2x4'?"),
+        ("lego-4x2", "did you mean 'lego_2x4'?"),
+        ("lego plate 1x3", "did you mean 'lego_plate_1x3'?"),
+        ("lego_2x5", "choose from: lego_1x1, lego_1x2, lego_1x3, lego_1x4, lego_1x6, lego_1x8, lego_2x2"),
+        ("duplo", "define it under `brick_types`"),
+    ],
+)
+def test_another_spelling_of_a_brick_is_understood(name: str, hint: str) -> None:
+    assert hint in only_mistake("{on: ground}", SCENE.replace("lego_2x4", name)).hint

@@ -109,7 +109,9 @@ def test_a_mistake_is_told_with_its_place(text: str, message: str) -> None:
 def test_a_part_that_the_catalogue_lacks_is_told_once_and_may_be_left_out() -> None:
     lines = [f"1 4 0 {-24 * z} 0 {UPRIGHT} {part}" for z, part in enumerate(("3001.dat", "3039.dat", "3039.DAT"))]
     assert only_mistake("\n".join(lines)).startswith("2:1 '3039.dat' is not supported")
-    assert len(read("\n".join(lines), ignore=["3039.dat"]).boxes) == 1
+    for ignore in ("3039.dat", "other parts"):
+        left = read("\n".join(lines), ignore=[ignore])
+        assert (len(left.boxes), left.skipped) == (1, ("3039.dat",) if ignore == "other parts" else ())
 
 
 def test_a_rotation_that_is_written_with_few_digits_is_one_of_90_degrees() -> None:
