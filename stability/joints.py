@@ -163,22 +163,25 @@ class Studs(Joint):
         return replace(contact, points_W=(ordered[0], ordered[-1]), law=Coulomb(0.0), gaps=())
 
 
+def on_one_grid(one: Placed, other: Placed, pitch: float) -> bool:
+    """Return whether the studs of two boxes are on one grid, seen along those of the first one."""
+    (x_W, y_W, up_W), turned_W = (body_axes(placed.pose.orientation) for placed in (one, other))
+    grids = [grid for placed in (one, other) if (grid := _Grid.of(placed, pitch, up_W))]
+    if len(grids) < PAIR or max(abs(dot(turned_W[0], x_W)), abs(dot(turned_W[0], y_W))) < UPRIGHT:
+        return False
+    apart = subtract(grids[1].first_W, grids[0].first_W)
+    steps = [dot(axis, apart) / pitch for axis in (x_W, y_W)]
+    return all(abs(step - round(step)) <= ALIGNED for step in steps)
+
+
 def studs_meet(one: Placed, other: Placed, pitch: float) -> bool:
-    """Return whether the studs of two boxes are on one grid, so that one fits onto the other.
+    """Return whether one of two boxes that touch fits onto the studs of the other.
 
     True also for boxes beside one another, whose studs do not touch.
     """
-    (x_W, y_W, up_W), turned_W = (body_axes(placed.pose.orientation) for placed in (one, other))
-    grids = [grid for placed in (one, other) if (grid := _Grid.of(placed, pitch, up_W))]
-    if len(grids) < PAIR:
-        return False
-    apart = subtract(grids[1].first_W, grids[0].first_W)
-    if abs(dot(up_W, apart)) < ALIGNED * pitch:
-        return True
-    if max(abs(dot(turned_W[0], x_W)), abs(dot(turned_W[0], y_W))) < UPRIGHT:
-        return False
-    steps = [dot(axis, apart) / pitch for axis in (x_W, y_W)]
-    return all(abs(step - round(step)) <= ALIGNED for step in steps)
+    apart = subtract(other.pose.position_W, one.pose.position_W)
+    is_beside = abs(dot(body_axes(one.pose.orientation)[2], apart)) < ALIGNED * pitch
+    return is_beside or on_one_grid(one, other, pitch)
 
 
 def _points_up(placed: Placed, normal_W: Vec3) -> bool:

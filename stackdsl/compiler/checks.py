@@ -9,7 +9,7 @@ from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import bounds_W
 from stability.geometry.spatial_grid import Neighbours
 from stability.geometry.vectors import SHORTEST, add, body_axes, dot
-from stability.joints import studs_meet
+from stability.joints import on_one_grid, studs_meet
 from stability.model import GROUND, BodyId, Brick, Vec3
 from stability.problem import Placed
 from stability.statics.assembly import LIGHTEST
@@ -18,6 +18,7 @@ from stackdsl.compiler.fit import MOST_INSIDE, CrowdedError, Fit, TimedShape, fi
 from stackdsl.compiler.joints import are_joined
 from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean
+from stackdsl.language.bricks import PLAY
 from stackdsl.language.claims.claim import Claim, Expectation
 from stackdsl.language.claims.claim_kind import ClaimKind
 from stackdsl.language.quantities import LENGTH, InputError, parse_quantity
@@ -264,9 +265,13 @@ def misfits(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iter
         yield crowded(bricks[error.index].written, source)
         return
     is_crowded = sum(fit.overlaps for fit in results) > MOST_INSIDE  # then supports may be missing from the index
+    studs = {
+        index: (code, message, hint)
+        for index, code, message, hint in (*_off_plate(bricks, results, built, scenario), *_off_studs(bricks, results))
+    }
     for index, (brick, fit) in enumerate(zip(bricks, results, strict=True)):
         mistake = _misfit(fit, brick, built, scenario, source) if fit.overlaps or not is_crowded else None
-        mistake = mistake or _off_studs(index, fit, bricks)
+        mistake = mistake or studs.get(index)
         if mistake is not None and (mistake[0], brick.written.path) not in reported:
             reported.add((mistake[0], brick.written.path))
             yield Diagnostic(mistake[0], source.span_of(brick.written.path), *mistake[1:])
@@ -342,23 +347,49 @@ def _misfit(
     return None
 
 
-def _off_studs(index: int, fit: Fit, bricks: Sequence[ResolvedBrick]) -> tuple[str, str, str] | None:
-    """Return the mistake of a brick whose studs are off the grid of those above or below it, of earlier bricks."""
-    brick = bricks[index]
-    studs, own = brick.written.kind.studs, Placed(Brick(brick.name, brick.written.shape, 1.0), brick.written.pose)
-    for number in (*fit.on_boxes, *fit.beside_boxes) if studs is not None else ():
-        other = bricks[number]
-        placed = Placed(Brick(other.name, other.written.shape, 1.0), other.written.pose)
-        if (
-            number < index
-            and other.written.kind.studs == studs
-            and studs is not None
-            and not studs_meet(own, placed, studs.pitch)
+def _off_studs(bricks: Sequence[ResolvedBrick], results: Sequence[Fit]) -> Iterator[tuple[int, str, str, str]]:
+    """Yield the mistakes of bricks off the grid of the studs above or below them, of earlier bricks, by index."""
+    placed = [Placed(Brick(brick.name, brick.written.shape, 1.0), brick.written.pose) for brick in bricks]
+    for index, (brick, fit) in enumerate(zip(bricks, results, strict=True)):
+        studs = brick.written.kind.studs
+        others = (*fit.on_boxes, *fit.beside_boxes) if studs is not None else ()
+        for number in (number for number in others if number < index and bricks[number].written.kind.studs == studs):
+            if studs is not None and not studs_meet(placed[index], placed[number], studs.pitch):
+                message = f"brick '{brick.name}' is off the studs of brick '{bricks[number].name}'"
+                hint = f"move it onto the grid of {mm(studs.pitch)}, as `stud` does, or remove `studs` from one of both"
+                yield index, "SD201", message, hint
+                break
+
+
+def _off_plate(
+    bricks: Sequence[ResolvedBrick], results: Sequence[Fit], built: ResolvedScenario, scenario: Scenario
+) -> Iterator[tuple[int, str, str, str]]:
+    """Yield the mistakes of bricks beside the base plate, or off the studs of its first brick, by index."""
+    ground = scenario.world.ground
+    standing = [
+        index for index, fit in enumerate(results) if any(built.planes[number].id == GROUND for number in fit.on_planes)
+    ]
+    if ground.studs is None:
+        return
+    pitch, first = ground.studs.pitch, None
+    for index in standing:
+        brick = bricks[index]
+        own = Placed(Brick(brick.name, brick.written.shape, 1.0), brick.written.pose)
+        low_W, high_W = bounds_W(own.brick.shape, own.pose)
+        if ground.plate is not None and not all(
+            low > -PLAY * pitch and high < (count + PLAY) * pitch
+            for low, high, count in zip(low_W, high_W, ground.plate, strict=False)
         ):
-            message = f"brick '{brick.name}' is off the studs of brick '{other.name}'"
-            hint = f"move it onto the grid of {mm(studs.pitch)}, as `stud` does, or remove `studs` from one of both"
-            return "SD201", message, hint
-    return None
+            along, across = ground.plate
+            message = f"brick '{brick.name}' is not all on the base plate of {along} x {across} studs"
+            yield index, "SD202", message, f"move it between [0, 0] and [{mm(along * pitch)}, {mm(across * pitch)}]"
+        elif brick.written.kind.studs == ground.studs:
+            first = first or own
+            if not on_one_grid(first, own, pitch):
+                message = (
+                    f"brick '{brick.name}' is off the studs of the ground, on which brick '{first.brick.id}' stands"
+                )
+                yield index, "SD201", message, f"move it onto the grid of {mm(pitch)}, as `stud` does"
 
 
 def _on_deck(brick: ResolvedBrick, other: WrittenBrick, bricks: Sequence[ResolvedBrick], source: Source) -> str:

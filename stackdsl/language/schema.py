@@ -202,6 +202,9 @@ class Shake(Timed):
 # --- the world --------------------------------------------------------------------------------------------------------
 
 
+PlateStuds = Annotated[int, Field(strict=True, ge=1, le=1000)]
+
+
 class Ground(AuthorModel):
     """The level ground."""
 
@@ -211,6 +214,15 @@ class Ground(AuthorModel):
     studs: StudGrid | None = Field(
         None, description="studs of the ground, a base plate, which hold bricks with the same studs; default: none"
     )
+    plate: tuple[PlateStuds, PlateStuds] | None = Field(
+        None, description="size of the base plate along x and y in studs, from the origin; default: without end"
+    )
+
+    @model_validator(mode="after")
+    def _plate_has_studs(self) -> Self:
+        if self.plate is not None and self.studs is None:
+            raise InputError("SD102", "`plate` is the size of a base plate, which needs `studs`", "add `studs: lego`")
+        return self
 
 
 class Wall(AuthorModel):

@@ -133,6 +133,32 @@ def test_the_kind_of_the_scenario_must_have_studs_for_places_in_studs() -> None:
     assert "'kapla' has none" in mistake.message
 
 
+@pytest.mark.parametrize(
+    ("brick", "message"),
+    [
+        ("{name: b, stud: [12, 4, 0]}", ""),
+        ("{name: b, stud: [13, 0, 0]}", "brick 'b' is not all on the base plate of 16 x 8 studs"),
+        ("{name: b, stud: [4, 5, 0], turned: true}", "brick 'b' is not all on the base plate of 16 x 8 studs"),
+        ("{name: b, stud: [-1, 2, 0]}", "brick 'b' is not all on the base plate of 16 x 8 studs"),
+        (
+            "{name: b, at: [100 mm, 8 mm, 4.8 mm]}",
+            "brick 'b' is off the studs of the ground, on which brick 'a' stands",
+        ),
+    ],
+)
+def test_a_brick_stands_on_the_studs_of_the_base_plate(brick: str, message: str) -> None:
+    scene = SCENE.replace("studs: lego", "studs: lego, plate: [16, 8]")
+    told = [mistake.message for mistake in compiled(scene % f"{{name: a, stud: [0, 0, 0]}}, {brick}")[1]]
+    assert told == [message] * bool(message)
+    overhang = "{name: a, stud: [12, 0, 0]}, {name: b, stud: [14, 0, 1 brick]}"
+    assert compiled(scene % overhang)[1] == []
+
+
+def test_a_base_plate_has_studs() -> None:
+    mistake = only_mistake("{on: ground, brick: kapla}", SCENE.replace("studs: lego", "plate: [16, 8]"))
+    assert (mistake.code, mistake.span.line) == ("SD102", 4)
+
+
 def test_studs_of_the_ground_need_a_brick_that_they_hold() -> None:
     mistake = only_mistake("{on: ground}", SCENE.replace("lego_2x4", "kapla"))
     assert (mistake.span.line, mistake.message) == (4, "no brick has the studs of the ground")
