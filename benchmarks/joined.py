@@ -145,7 +145,8 @@ def _joint(strength: Strength) -> Joint:
         case "pull":
             return Pull(*strength.numbers)
         case _:
-            return Bond(*strength.numbers)
+            tension, cohesion, shear = strength.numbers
+            return Bond(tension, cohesion, shear)
 
 
 @dataclass(frozen=True)

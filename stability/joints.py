@@ -5,7 +5,7 @@ joint. The bounds are those of limit analysis: a joint that yields keeps its for
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from math import hypot, inf
@@ -42,6 +42,11 @@ STRONGEST: Final = 1e60  # [Pa, N]
 class Joint(ABC):
     """Strength of a joint, independent of the contact that it holds."""
 
+    @property
+    def sheds(self) -> bool:
+        """Return whether it sheds its force when it yields."""
+        return False
+
     @abstractmethod
     def points(self, contact: Contact, bodies: Sequence[Placed]) -> Iterator[tuple[Vec3, ContactLaw]]:
         """Yield the points of the joint at a contact with a single normal, and the law of each.
@@ -65,6 +70,17 @@ class Bond(Joint):
     tension: float  # [Pa]
     cohesion: float  # [Pa] of shear without pressure
     shear: float = inf  # [Pa] at any pressure
+    brittle: bool = False  # whether it sheds its force when it yields
+
+    @property
+    def sheds(self) -> bool:
+        """Return whether it is brittle."""
+        return self.brittle
+
+    @property
+    def strengths(self) -> tuple[float, float, float]:
+        """Return tension, cohesion and shear [Pa]."""
+        return self.tension, self.cohesion, self.shear
 
     def points(self, contact: Contact, bodies: Sequence[Placed]) -> Iterator[tuple[Vec3, ContactLaw]]:
         """Yield the centres of cells around the corners of the patch; the law holds for each whole cell.
@@ -298,7 +314,19 @@ class Joints:
 
     def times(self, factor: float) -> "Joints":
         """Return the same joints with their strength multiplied by a factor."""
-        return Joints(tuple(replace(rule, joint=rule.joint and rule.joint.times(factor)) for rule in self.rules))
+        return self._with(lambda joint: joint and joint.times(factor))
+
+    def without_brittle(self) -> "Joints":
+        """Return the joints that keep their force when they yield; the others are dry contacts."""
+        return self._with(lambda joint: None if joint is not None and joint.sheds else joint)
+
+    def _with(self, change: Callable[[Joint | None], Joint | None]) -> "Joints":
+        return replace(self, rules=tuple(replace(rule, joint=change(rule.joint)) for rule in self.rules))
+
+    @property
+    def are_brittle(self) -> bool:
+        """Return whether some joints shed their force when they yield."""
+        return any(rule.joint is not None and rule.joint.sheds for rule in self.rules)
 
     def contacts(self, contact: Contact, bodies: Mapping[BodyId, Placed]) -> tuple[Contact, ...]:
         """Return the contacts that a joint adds to a contact of two bodies, one for each of its laws.
@@ -316,8 +344,9 @@ class Joints:
             if law is not previous:  # hashing it for each point takes longer than all else
                 points, previous = by_law.setdefault(law, []), law
             points.append(point)
+        brittle = joint.strengths if isinstance(joint, Bond) and joint.brittle else None
         return tuple(
-            Contact(contact.lower, contact.upper, tuple(points), contact.normals_W, law)
+            Contact(contact.lower, contact.upper, tuple(points), contact.normals_W, law, brittle=brittle)
             for law, points in by_law.items()
         )
 
@@ -335,7 +364,7 @@ def admit_joints(joints: object) -> None:
         if rule.joint is not None:
             for each in fields(rule.joint):
                 number = getattr(rule.joint, each.name)
-                if not (isinstance(rule.joint, Studs) and each.name == "narrow_pull" and number is None):
+                if not (each.name == "narrow_pull" and number is None) and each.name != "brittle":
                     _admit(rule.joint, each.name, number)
 
 

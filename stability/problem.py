@@ -56,6 +56,8 @@ class Contact:
     law: ContactLaw  # admissible forces at each point
     # Gap at each point [m]; empty if all are 0.
     gaps: tuple[float, ...] = ()
+    # Tension, cohesion and shear of the brittle joint to which it belongs [Pa].
+    brittle: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +80,11 @@ class Problem:
             bricks={name: self.bricks[name] for name in sorted(bricks)},
             contacts=[c for c in self.contacts if c.lower in bricks or c.upper in bricks],
         )
+
+    @property
+    def is_brittle(self) -> bool:
+        """Return whether some joints shed their force when they yield."""
+        return any(contact.brittle is not None for contact in self.contacts)
 
     def require_dry(self, what: str) -> None:
         """Raise OtherLawError if there are joints, for an analysis that supports dry contacts only."""

@@ -25,6 +25,7 @@ from stability.analysis.acceleration_cut import (
 )
 from stability.analysis.joined_acceleration import acceleration_of_joined
 from stability.analysis.symmetry import Symmetry, symmetries
+from stability.contact_law import OtherLawError
 from stability.geometry.polygons import Point2, hull
 from stability.geometry.rows import Array, Indices
 from stability.model import BodyId
@@ -495,6 +496,8 @@ def acceleration(
     its load. Groups without contact to each other are solved separately, and the weakest determines the result. Bricks
     with joints are solved to a thousandth at best, and to 0.5 % where they slide alike in all directions.
     """
+    if problem.is_brittle:
+        raise OtherLawError("the margin of acceleration is not computed for brittle joints")
     if not all(contact.law.is_shifted_cone for contact in problem.contacts):
         weights = weights_of(problem, gravity)
         joined = acceleration_of_joined(problem, weights, tolerance, rounded(problem, tolerances))

@@ -26,6 +26,7 @@ from stability.analysis.acceleration_cut import (
 from stability.analysis.acceleration_margin import slide
 from stability.analysis.joined_acceleration import joined_along
 from stability.analysis.symmetry import Symmetry, proven_cut, symmetries
+from stability.contact_law import OtherLawError
 from stability.geometry.rows import Array
 from stability.problem import ZERO, Motion, Problem, Tolerances, rounded
 from stability.process_settings import one_thread
@@ -219,6 +220,8 @@ def _of_joined(
 
     Smaller accelerations along the same bearing are survived, too, since forces at both ends can be mixed.
     """
+    if problem.is_brittle:
+        raise OtherLawError("accelerations by bearing are not computed for brittle joints")
     tolerances, weights = rounded(problem, Tolerances()), weights_of(problem, gravity)
     if balance(problem, tolerances).forces is None:
         return None

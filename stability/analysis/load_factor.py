@@ -13,13 +13,14 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from stability.contact_law import ContactLaw
+from stability.contact_law import ContactLaw, OtherLawError
 from stability.geometry.vectors import add, add_scaled, dot, norm, scale
 from stability.model import BodyId
 from stability.problem import ZERO, Forces, Motion, Problem, Tolerances, Wrench, rounded
 from stability.process_settings import one_thread
 from stability.statics.assembly import admit_problem
 from stability.statics.conic_program import clarabel_solve, quick_solve
+from stability.statics.elastic_joints import elastic_factor, without_brittle
 from stability.statics.equilibrium import (
     ACCURACIES,
     STILL,
@@ -27,6 +28,7 @@ from stability.statics.equilibrium import (
     first_mechanism,
     proven_forces,
     proven_motion,
+    separating_motion,
     without_bounded_forces,
 )
 from stability.statics.load_factor import central_forces, yielding
@@ -76,9 +78,12 @@ def load_factor(
     """Return the load factor of a problem; None if none is proven.
 
     All loads grow, or `growing` loads in addition to those of the problem. Both bounds differ by a share of 2e-5 at
-    most, and usually of 2e-9. Self-stress is not excluded.
+    most, and usually of 2e-9. Self-stress is not excluded. With brittle joints, both are further apart: the factor is
+    the larger one of an elastic calculation and of the structure without its brittle joints, and has no forces.
     """
     admit_problem(problem)
+    if problem.is_brittle:
+        return _of_brittle(problem, growing, tolerances)
     tolerances = rounded(problem, tolerances)
     if growing is None and problem.has_joints:
         studded = _studded_factor(problem, tolerances)
@@ -101,6 +106,22 @@ def load_factor(
         return None
     joints = tuple(_yielding_joints(grown.at(above[0]), above[1]))
     return LoadFactor(below[0], above[0], below[1], above[1], joints)
+
+
+def _of_brittle(problem: Problem, growing: Mapping[BodyId, Wrench] | None, tolerances: Tolerances) -> LoadFactor | None:
+    """Return the load factor of a structure with brittle joints. Raises OtherLawError for a load that grows alone."""
+    if growing is not None:
+        raise OtherLawError("the load factor of a load that grows alone is not computed for brittle joints")
+    ductile = replace(problem, contacts=tuple(replace(contact, brittle=None) for contact in problem.contacts))
+    whole, rest = load_factor(ductile, tolerances=tolerances), without_brittle(problem)
+    if whole is None:
+        return None
+    # Without brittle joints, bricks that only wedge each other are not ensured to stand.
+    without = load_factor(rest, tolerances=tolerances) if separating_motion(rest) is not None else None
+    least = 0.0 if without is None else without.factor
+    if least == inf or whole.factor == 0.0:
+        return whole
+    return replace(whole, factor=min(whole.factor, max(least, elastic_factor(problem))), forces=None)
 
 
 def _studded_factor(problem: Problem, tolerances: Tolerances) -> LoadFactor | None:

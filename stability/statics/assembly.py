@@ -450,6 +450,11 @@ def _refuse(placed: Placed, other: BodyId, gap: float, forgiven: float) -> None:
 # judged again. Each change takes effect completely or not at all: an interrupted change leaves no trace.
 
 
+BREAKS = (
+    "brittle joints may break: they reach their strength in an elastic calculation, and without them it is not "
+    "proven to stand"
+)
+
 DIGITS = 3  # of the least width of gaps that a verdict depends on, rounded up
 NOISE = 1e-9  # share of a width that is rounding: it does not turn 1 mm into 1.01 mm
 
@@ -696,10 +701,26 @@ class Assembly(AssemblyAnswers):
             verdict = Verdict(
                 Stability.STABLE, prover.costliest_stage(changed), gaps=self._gap_question(prover.structure)
             )
+            if prover.structure.joints.are_brittle:  # `self.joints` would undo the change
+                verdict = self._judged_brittle(verdict, prover.structure)
         verdict_now = self._last_verdict[LAST] = replace(verdict, seconds=perf_counter() - started)
         if keep:
             prover.structure.journal.keep()
         return verdict_now
+
+    def _judged_brittle(self, ductile: Verdict, structure: Structure) -> Verdict:
+        """Return the verdict on bricks that stand if all joints keep their force when they yield."""
+        from stability.statics.elastic_joints import elastic_factor  # noqa: PLC0415 -- it brings scipy
+
+        bricks = list(structure.bricks)
+        problem = structure.problem(bricks, structure.contacts_of(bricks))
+        if not problem.is_brittle or elastic_factor(problem) >= 1.0:
+            return ductile
+        site = structure.planes, structure.friction, structure.gravity, structure.tolerances, structure.tables
+        without = Assembly(*site, overlap=inf, joints=structure.joints.without_brittle())
+        if without.add_all(structure.bricks.values(), names_smallest=False).stability is Stability.STABLE:
+            return ductile
+        return Verdict(Stability.UNDECIDED, ductile.stage, BREAKS, tuple(_around_brittle(problem, structure)))
 
     def _gap_question(self, structure: Structure) -> tuple[CountedGaps, ...]:
         """Return the question whether the proof of all bricks depends on gaps as contact; none without gaps."""
@@ -708,6 +729,13 @@ class Assembly(AssemblyAnswers):
             return ()
         bricks, site = tuple(structure.bricks.values()), (structure.planes, structure.friction, structure.gravity)
         return (CountedGaps(bricks, across, *site, structure.tolerances, structure.tables, structure.joints),)
+
+
+def _around_brittle(problem: Problem, structure: Structure) -> list[BodyId]:
+    """Return the bricks that brittle joints hold, and all bricks that touch these directly or through others."""
+    brittle = [contact for contact in problem.contacts if contact.brittle is not None]
+    held = {body for contact in brittle for body in (contact.lower, contact.upper) if body in problem.bricks}
+    return sorted(held.union(*(structure.component(name) for name in held)))
 
 
 def _made_again(kind: type[Assembly], site: tuple[Any, ...], known: ProverState, verdict: Verdict) -> Assembly:

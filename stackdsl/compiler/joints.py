@@ -165,7 +165,7 @@ def _setting(bond: MortarOrGlue | None) -> float | None:
 
 
 def _bond(bond: MortarOrGlue) -> Bond:
-    return Bond(bond.tension, bond.cohesion, inf if bond.shear is None else bond.shear)
+    return Bond(bond.tension, bond.cohesion, inf if bond.shear is None else bond.shear, bond.brittle)
 
 
 def _joint(item: JointKind) -> Joint | None:
@@ -323,10 +323,18 @@ def _unplayed_actions(scenario: Scenario, source: Source) -> Iterator[Diagnostic
 
 
 def _unjudged_claims(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    bonds = [item.bond for item in scenario.joints] + [mortar.bond for _, mortar in mortars_of(scenario)]
+    bonds += [item.bond for _, item in _of_impacts(scenario) if isinstance(item, Glue)]
+    brittle = any(bond is not None and bond.brittle for bond in bonds)
     for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
             span = source.key_span_of((key, number, claim.kind))
-            if others := sorted({*claim.content.needed_margins} - MARGINS):
+            needed = {*claim.content.needed_margins}
+            if brittle and (others := sorted(needed & {"acceleration", "tilt"})):
+                message = f"the margin `{others[0]}` is not computed for brittle joints"
+                hint = "claim the margin `load_factor`, or remove `brittle`"
+                yield Diagnostic("SD211", span, message, hint)
+            elif others := sorted(needed - MARGINS):
                 message = f"the margin `{others[0]}` is not computed for bricks with joints"
                 yield Diagnostic(
                     "SD211",

@@ -237,7 +237,7 @@ def margins_of_assembly(
     if "load_factor" in requested or (problem.has_joints and requested):
         on_stage("load factor")
         margins = _loaded(problem)
-    if {"acceleration", "tilt"}.intersection(requested):
+    if {"acceleration", "tilt"}.intersection(requested) and not problem.is_brittle:
         on_stage("margin of acceleration and tilt")
         margins = _shaken(problem, assembly.gravity, margins)
     if problem.has_joints:
@@ -372,6 +372,8 @@ def survival_of(
         return None
     problem = assembly.problem()
     loaded = _loaded(problem) if problem.has_joints else VerdictMargins()
+    if problem.is_brittle:
+        return Survival((), None, load_factor=loaded.load_factor, yields=loaded.yields)
     bearings = by_bearing(problem, count, accuracy, assembly.gravity, on_progress=on_progress)
     if bearings is None:
         return None

@@ -47,6 +47,9 @@ class MortarOrGlue(AuthorModel):
         description="greatest shear without pressure, per area; pressure adds friction to it, and tension reduces it"
     )
     shear: t.Strength | None = Field(None, description="greatest shear at any pressure, per area; default: none")
+    brittle: t.Flag = Field(
+        False, description="whether the joint sheds its force when it yields, so that others must bear it"
+    )
     from_: SettingTime | None = Field(
         None, alias="from", description="time after placing from which the joint holds, such as `2 d after placing`"
     )

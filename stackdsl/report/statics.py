@@ -491,6 +491,7 @@ def _bond_text(bond: MortarOrGlue) -> str:
     strengths = {"tension": bond.tension, "cohesion": bond.cohesion}
     strengths |= {} if bond.shear is None else {"shear": bond.shear}
     text = "bond of " + ", ".join(f"{_strength_text(each)} {name}" for name, each in strengths.items())
+    text += ", brittle" * bond.brittle
     return text if bond.from_ is None else f"{text}, {clock(bond.from_).strip()} after placing"
 
 

@@ -552,6 +552,9 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
         yield f"{name} bears {load_factor_text(survival.load_factor)}"
         if survival.yields:
             yield f"  beyond: {survival.yields}"
+    if not survival.along:
+        yield "  Accelerations by bearing are not computed for brittle joints."
+        return
     worst = survival.worst
     if worst.survived == inf:
         yield f"{name} survives every acceleration in every direction, since it is held on all sides"

@@ -231,3 +231,29 @@ build: [{bricks: [{on: ground, name: a}]}]
     assert [row["survives_g"] for row in case["bearings"]] == pytest.approx([4 * pressed, 2 * pressed] * 2, rel=1e-5)
     assert case["load_factor"] is None  # any
     assert case["weakest"]["survives_g"] == pytest.approx(2 * pressed, rel=1e-3)
+
+
+def test_brittle_joints_have_an_elastic_load_factor_and_an_open_verdict_between_both_limits(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    brittle = CORBEL.replace("cohesion: 2 MPa", "cohesion: 2 MPa, brittle: true").replace(">= 7.07", "2.359 .. 2.361")
+    write(tmp_path, brittle, "brittle.yaml")
+    told = stackdsl("check", "brittle.yaml", "--no-golden")
+    assert told.code == ExitCode.OK, told.text  # a third of the load factor of ductile joints
+    assert "Accelerations by bearing are not computed for brittle joints" in stackdsl("survive", "brittle.yaml").out
+    write(tmp_path, brittle.replace("0.1 MPa", "0.03 MPa"), "brittle.yaml")
+    told = stackdsl("check", "brittle.yaml", "--no-golden")
+    assert told.code == ExitCode.FAILED
+    assert "brittle joints may break" in told.text
+    opened = brittle[: brittle.index("expect:")].replace("0.1 MPa", "0.03 MPa")
+    write(tmp_path, f"{opened}expect:\n  - verdict: undecided\n", "brittle.yaml")
+    assert stackdsl("check", "brittle.yaml", "--no-golden").code == ExitCode.OK
+    write(tmp_path, brittle.replace('load_factor: "2.359 .. 2.361"', "tilt: '>= 1 deg'"), "brittle.yaml")
+    assert "the margin `tilt` is not computed for brittle joints" in stackdsl("check", "brittle.yaml").text
+    for command in (
+        ("sensitivities", "brittle.yaml"),
+        ("suggest", "brittle.yaml"),
+        ("find", "brittle.yaml", "--largest", "tilt"),
+    ):
+        write(tmp_path, brittle, "brittle.yaml")
+        assert "internal error" not in stackdsl(command[0], "brittle.yaml", *command[1:]).text
