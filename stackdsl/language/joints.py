@@ -89,8 +89,9 @@ class StudGrid(Shorthand):
         return LEGO_STUDS if scalar == cls.scalar_word else super().spelt_out(scalar, known)
 
 
-# The pulls are fitted to eight structures that were built for StableLego: see docs/joints.md. No structure of light
-# bricks shears a stud off, and no strength is published; this one is that of 3 mm2 of the plastic.
+# The pull under a wide brick is fitted to structures that were built for StableLego, the other one is that of BrickSim:
+# see docs/joints.md. No structure of light bricks shears a stud off, and no strength is published; this one is that of
+# 3 mm2 of the plastic.
 LEGO_STUDS: Final = StudGrid.model_construct(pitch=float(PITCH), pull=1.7, narrow_pull=2.8, shear=100.0)
 
 
