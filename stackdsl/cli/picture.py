@@ -1,6 +1,8 @@
 """`stackdsl picture`: draws a run without a display."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import reduce
+from operator import or_
 from pathlib import Path
 
 import click
@@ -72,6 +74,7 @@ HELD = 1.5  # [s] for which a moving picture shows its end
 @click.option("--strip", "count", type=click.IntRange(2, 40), help="Number of moments to draw, at one scale.")
 @click.option("--names", is_flag=True, help="Also write names on bricks, where they fit.")
 @click.option("--forces", is_flag=True, help="Also draw the contact forces of the proof, if one holds at that time.")
+@click.option("--joints", is_flag=True, help="Colour bricks by the share of strength that their joints use.")
 @click.option("--slower", type=Number(0.01, 1000.0), default=1.0, help="Factor by which a film is slowed down.")
 @ON_SYSTEMS
 @ON_KEYWORD
@@ -85,6 +88,7 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     count: int | None,
     names: bool,
     forces: bool,
+    joints: bool,
     slower: float,
     systems: tuple[str, ...],
     keyword: str,
@@ -106,7 +110,7 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     run = _played(selected[0])
     if not moves and not count:
         _warn_of_nothing_there(run, time, forces)
-    overlays = (Overlay.FORCES if forces else NOTHING) | (Overlay.NAMES if names else NOTHING)
+    overlays = _overlays(run, {Overlay.FORCES: forces, Overlay.NAMES: names, Overlay.JOINTS: joints})
     seen = [VIEWS[name] for name in views or ("three-quarter", "front", "plan")]
     try:
         with refusing(f"{run.name}: the picture", "choose one --view from a side, or a smaller variant") as refused:
@@ -136,6 +140,13 @@ def _refuse_at_odds(moves: bool, views: Sequence[str], time: float | None, count
         raise click.UsageError("a film shows the whole run; remove --at and --strip, or write a .svg or .png")
     if (moves or count is not None) and len(views) > 1:
         raise click.UsageError("a strip or a film has one view; give only one --view")
+
+
+def _overlays(run: RunView, options: Mapping[Overlay, bool]) -> Overlay:
+    """Return the chosen marks; report colours of joints that no load factor gives."""
+    if options[Overlay.JOINTS] and run.limit is None:
+        tell("the colours are those of states: there is no load factor of joints, or the structure is too large")
+    return reduce(or_, (overlay for overlay, chosen in options.items() if chosen), NOTHING)
 
 
 def _warn_of_nothing_there(run: RunView, time: float | None, forces: bool) -> None:

@@ -23,7 +23,10 @@ _SETTING: Final = re.compile(r"(.*?)\s+after\s+placing")
 def _read_setting(written: object) -> float:
     """Read the time until mortar has set, such as `2 d after placing` [s]."""
     match = _SETTING.fullmatch(written.strip()) if isinstance(written, str) else None
-    return parse_quantity(match[1] if match else written, LONG_DURATION)
+    try:
+        return parse_quantity(match[1] if match else written, LONG_DURATION)
+    except InputError as error:
+        raise InputError(error.code, error.message, f"{error.hint}; for example `2 d after placing`") from error
 
 
 SettingTime = Annotated[

@@ -579,6 +579,41 @@ class Overlay(Flag):
 
     FORCES = auto()  # of the proof that holds
     NAMES = auto()
+    JOINTS = auto()  # colours by the use of joints, in place of those of states
+
+
+@dataclass(frozen=True)
+class JointUse:
+    """The largest share of strength that a joint of a brick uses at the load factor, as legends name it."""
+
+    text: str
+    colour: str
+
+
+USED: Final = ("#f2efe6", "#cfe0e8", "#9fc5da", "#629fc4", "#2f74a8")  # by the share of strength
+NO_JOINT: Final = "no joint"
+
+
+def joint_uses(run: RunView) -> dict[str, JointUse]:
+    """Return the entries of the legend, by the order of their text."""
+    each = 100 // len(USED)
+    steps = [JointUse(f"{each * n} to {each * (n + 1)} % of strength used", colour) for n, colour in enumerate(USED)]
+    factor = "" if run.limit is None else f" at {run.limit.factor:.4g} times the weight"
+    first = JointUse(f"a joint gives way first{factor}", token("left"))
+    return {use.text: use for use in (*steps, first, JointUse(NO_JOINT, token("edge")))}
+
+
+def joint_uses_at(run: RunView, time: float) -> dict[BodyId, JointUse]:
+    """Return the use of the joints of each brick that is present at a time [s]; empty without a load factor."""
+    if run.limit is None:
+        return {}
+    uses = list(joint_uses(run).values())
+    most: dict[BodyId, int] = {}
+    for joint in run.limit.joints:
+        step = len(USED) if joint.yields else min(int(joint.used * len(USED)), len(USED) - 1)
+        for body in (joint.lower, joint.upper):
+            most[body] = max(most.get(body, 0), step)
+    return {name: uses[most.get(name, len(USED) + 1)] for name in present_at(run, time)}
 
 
 NOTHING: Final = Overlay(0)

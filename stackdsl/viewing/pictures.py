@@ -41,6 +41,8 @@ from stackdsl.viewing.drawing import (
     faces_of,
     force_text,
     ground_shapes,
+    joint_uses,
+    joint_uses_at,
     moving_at,
     names_on,
     proof_at,
@@ -244,6 +246,8 @@ def _drawing(run: RunView, frame: Frame, area: DrawingArea, forces: ForceScale |
     """Return the shapes of one drawing, and the bricks that bear their names in it."""
     solids = solids_at(run, frame.time)
     colours = {name: state.colour for name, state in states_at(run, frame.time).items()}
+    if Overlay.JOINTS in frame.overlays:
+        colours |= {name: use.colour for name, use in joint_uses_at(run, frame.time).items()}
     pulled_out = pulled_out_at(run, frame.time)
     faces = faces_of(solids | pulled_out, {**colours, **dict.fromkeys(pulled_out, NO_FILL)}, frame.view, area)
     grid = ScaleBar.of(frame.view, area.scale, BAR).length
@@ -280,11 +284,15 @@ def _legend(
 ) -> Iterator[tuple[Sequence[str], float, str]]:
     """Yield symbol, its width [px] and text of all that occurs in frames, with counts if all show one time."""
     times = {frame.time for frame in frames}
-    states = [state for time in times for state in states_at(run, time).values()]
-    for state in State:
-        if count := states.count(state):
-            square = f'<rect width="{SWATCH:g}" height="{SWATCH:g}" rx="2" fill="{state.colour}"/>'
-            yield [square], SWATCH, f"{state} ({count})" if len(times) == 1 else str(state)
+    by_joints = Overlay.JOINTS in frames[0].overlays and run.limit is not None
+    states = [] if by_joints else [state for time in times for state in states_at(run, time).values()]
+    uses = [use for time in times for use in joint_uses_at(run, time).values()] if by_joints else []
+    entries = [(str(state), state.colour, states.count(state)) for state in State]
+    entries += [(use.text, use.colour, uses.count(use)) for use in joint_uses(run).values()] if by_joints else []
+    for text, colour, count in entries:
+        if count:
+            square = f'<rect width="{SWATCH:g}" height="{SWATCH:g}" rx="2" fill="{colour}"/>'
+            yield [square], SWATCH, f"{text} ({count})" if len(times) == 1 else text
     if pulled := max(len(pulled_out_at(run, time)) for time in times):
         square = (
             f'<rect width="{SWATCH:g}" height="{SWATCH:g}" fill="none" stroke="{FAINT}" stroke-dasharray="{DASHES}"/>'

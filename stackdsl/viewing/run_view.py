@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import inf
 
 from stability.analysis.load_factor import load_factor, used_strength
@@ -252,6 +253,7 @@ class RunView:
         depth, name = min(((depth, name) for depth, name in depths if depth is not None), default=(0.0, ""))
         return (name, depth) if name else None
 
+    @cached_property
     def limit(self) -> ShownLimit | None:
         """Return what limits the load factor; None without joints, or for more than `MOST_FOR_PROGRAMS` bricks.
 

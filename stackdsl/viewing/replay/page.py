@@ -228,7 +228,7 @@ def _room(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
 
 
 def _limit(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
-    found = run.limit()
+    found = run.limit
     if found is None:
         return None
     return {

@@ -270,3 +270,23 @@ def test_picture_reports_the_error_of_ffmpeg(
     assert result.code == 4
     assert "failed to write the film: no encoder here" in result.err
     assert not (falls / "a.mp4").exists()
+
+
+def test_colours_of_joints_tell_which_gives_way_first_and_how_much_the_others_use(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    corbel = """
+scenario: corbel
+brick: {size: [200 mm, 100 mm, 50 mm], mass: 0.2 kg}
+world: {walls: [{bearing: 180 deg, distance: 0 m}]}
+joints: [{bond: {tension: 0.1 MPa, cohesion: 2 MPa}}]
+build: [{bricks: [{at: [100 mm, 0 mm, 1 m], name: a}, {beside: a, name: b}, {beside: b, name: c}]}]
+"""
+    (tmp_path / "corbel.yaml").write_text(corbel, encoding="utf-8")
+    assert stackdsl("picture", "corbel.yaml", "-o", "corbel.svg", "--joints").code == 0
+    legend = texts_of(drawn(tmp_path, "corbel.svg"))
+    assert "a joint gives way first at 7.079 times the weight (1)" in legend  # that of a with the wall
+    assert [text for text in legend if "of strength used" in text]
+    assert not [text for text in legend if text.startswith("stands")]
+    assert "no load factor of joints" in stackdsl("picture", "falls.yaml", "-o", "falls.svg", "--joints").err
+    assert [text for text in texts_of(drawn(tmp_path, "falls.svg")) if text.startswith("has fallen")]
