@@ -50,6 +50,10 @@ def mean_place(recording: Recording, bricks: list[BodyId], time: float) -> Array
     return mean
 
 
+def woken(trace: Trace) -> set[BodyId]:
+    return {name for event in trace.events if event.kind is EventKind.WOKEN for name in event.bricks}
+
+
 # --- toppling and falling ---------------------------------------------------------------------------------------------
 
 ON_AN_EDGE = """
@@ -76,7 +80,8 @@ def test_a_glued_pair_topples_over_an_edge_as_one_bar_of_its_length() -> None:
         bars="{at: [52 mm, 0 mm, 60 mm], name: b}, {at: [152 mm, 0 mm, 60 mm], name: c}",
     )
     one = ON_AN_EDGE.format(length=200, mass=0.08, joints="", bars="{at: [102 mm, 0 mm, 60 mm], name: a}")
-    (_, pair), (_, bar) = played(glued), played(one)
+    (trace, pair), (_, bar) = played(glued), played(one)
+    assert woken(trace) == {"b", "c"}
     for time in (1.1, 1.2, 1.3):
         fallen = 0.06 - place(bar, "a", time)
         assert np.abs(mean_place(pair, ["b", "c"], time) - place(bar, "a", time)).max() < 1e-3 * abs(fallen[2])
@@ -180,8 +185,7 @@ def test_a_pushed_pier_opens_at_its_base_beyond_the_moment_that_its_mortar_bears
     for share, moves in ((1.001, False), (0.999, True)):
         joints = f"bond: {{tension: {share * tension} Pa, cohesion: {10.0 * tension} Pa}}"
         trace, _ = played(pier(impulse, joints))
-        woken = {name for event in trace.events if event.kind is EventKind.WOKEN for name in event.bricks}
-        assert ("L1.1" in woken) == moves
+        assert ("L1.1" in woken(trace)) == moves
 
 
 def test_a_pier_without_strength_is_dry() -> None:
@@ -269,3 +273,18 @@ def test_studs_that_a_hit_opens_are_named() -> None:
     assert opened
     assert all(event.reason.startswith("joint") for event in opened)
     assert {name for event in opened for name in event.bricks} <= {f"L{level}.1" for level in range(1, 9)}
+
+
+def test_the_rest_of_a_body_stays_one_body_after_a_joint_opens() -> None:
+    # A row of three: the push on its end takes the middle along by strong glue, and leaves the other end behind.
+    row = IN_THE_AIR.format(tension=1.0)
+    row = row.replace("build:", "  - {between: [b, c], bond: {tension: 1 MPa, cohesion: 10 MPa}}\nbuild:")
+    row = (
+        row.replace("joints: [{", "joints:\n  - {")
+        .replace("}}]", "}}", 1)
+        .replace("name: b}]", "name: b}, {at: [200 mm, 0 mm, 2 m], name: c}]")
+    )
+    row = row.replace("brick: a, impulse: [-0.2", "brick: c, impulse: [0.2")
+    _, recording = played(row)
+    for brick, start, speed in (("a", 0.0, 0.0), ("b", 0.1, 0.5), ("c", 0.2, 0.5)):
+        assert place(recording, brick, 0.3)[0] == pytest.approx(start + speed * 0.25, abs=1e-6)
