@@ -27,7 +27,8 @@ def load_warnings(load: ImportedLoad, options: Import) -> Iterator[ScenarioWarni
 
 def _implausible(load: ImportedLoad, options: Import) -> Iterator[ScenarioWarning]:
     """Yield one warning if the sizes or densities of boxes are implausible, at the first of them."""
-    box = next((box for box in load.boxes if not _is_plausible(box)), None)
+    # Bricks with studs have no unit of length to be mistaken, and may be weights.
+    box = next((box for box in load.boxes if not box.has_studs and not _is_plausible(box)), None)
     if box is None:
         return
     longest, density = max(box.size), _density(box)
