@@ -67,12 +67,13 @@ def find(
 def sensitivities(case: OneCase, of: str = MarginKind.ACCELERATION, check: int = CHECKED) -> Sensitivities:
     """Return the effects of all numbers of a case on its margin, the largest first, like `stackdsl sensitivities`.
 
-    `of` is "acceleration" or "friction". `check` is the number of effects that are verified by finite differences.
+    `of` is "acceleration", "friction" or "load_factor". `check` is the number of effects that are verified by finite
+    differences.
 
     Raises SearchError, a ValueError, if the case has no such margin.
     """
     if of not in [*MarginKind]:
-        raise ValueError(f"of must be 'acceleration' or 'friction', not {of!r}")
+        raise ValueError(f"of must be 'acceleration', 'friction' or 'load_factor', not {of!r}")
     refuse_outside("check", check, 0, MOST_CHECKED, int)
     known = one_case(case)
     return sensitivities_of(known, known.name, MarginKind(of), check)

@@ -436,7 +436,7 @@ def _finite_in_si(value: float | None, scale: float = 1.0) -> float | None:
 # Sensitivities of margins as text, CSV and JSON.
 
 
-UNITS: Final = {MarginKind.ACCELERATION: "g", MarginKind.FRICTION: ""}
+UNITS: Final = {MarginKind.ACCELERATION: "g", MarginKind.FRICTION: "", MarginKind.LOAD_FACTOR: ""}
 HOW: Final = {
     SlopeSource.CHECKED: "confirmed by finite differences",
     SlopeSource.DUALS: "not checked",
@@ -457,12 +457,21 @@ SENSITIVITY_COLUMNS: Final = (
 )
 
 
+def _margin_of(found: Sensitivities) -> str:
+    """Return the analysed margin in words."""
+    match found.of:
+        case MarginKind.FRICTION:
+            return f"needs friction {rounded_up(found.margin)}"
+        case MarginKind.LOAD_FACTOR:
+            return f"bears {load_factor_text(found.margin)}"
+        case MarginKind.ACCELERATION:
+            return f"survives {survived_text(found.margin)} {UNITS[found.of]}"
+
+
 def sensitivity_lines(found: Sensitivities, most: int) -> Iterator[str]:
     """Yield the margin and a line for numbers with the same effect, the largest effect first."""
     unit = UNITS[found.of]
-    survives = f"needs friction {rounded_up(found.margin)}"
-    if found.of is not MarginKind.FRICTION:
-        survives = f"survives {survived_text(found.margin)} {unit}".rstrip()
+    survives = _margin_of(found)
     counting = [each for each in found.effects if each.counts]
     shown = counting[:most]
     yield f"{found.case} {survives}. It depends most on:" if shown else f"{found.case} {survives}"

@@ -13,8 +13,10 @@ from math import inf
 from typing import Final
 
 from stability.analysis.acceleration_margin import acceleration
+from stability.analysis.load_factor import load_factor
 from stability.analysis.margins import least_friction
 from stability.analysis.sensitivity import MarginLimit, acceleration_limits, friction_limits, slopes
+from stability.contact_law import MohrCoulomb
 from stability.geometry.vectors import add_scaled, cross, unit
 from stability.model import BodyId, Pose, Vec3
 from stability.notebook import Printed
@@ -31,6 +33,7 @@ APART: Final = 1e-3  # of each number: step of finite differences of the margin
 AGREE: Final = 0.02  # relative difference of a slope from finite differences, which have an error of a thousandth
 FINE: Final = 1e-8  # accuracy of margins
 ROUNDING: Final = 1e-9  # of a margin: smaller changes are rounding
+UNPROVEN: Final = 2e-5  # of a load factor: by so much its bounds may differ
 CHECKED: Final = 10  # default number of checked slopes
 
 
@@ -39,6 +42,7 @@ class MarginKind(StrEnum):
 
     ACCELERATION = "acceleration"  # [g] survived in every direction; for a tilt, its tangent
     FRICTION = "friction"  # the least coefficient with which the structure stands
+    LOAD_FACTOR = "load_factor"  # multiple of its own weight that a structure with joints bears
 
 
 class SlopeSource(StrEnum):
@@ -135,11 +139,12 @@ def sensitivities_so_far(
     So a caller that is interrupted keeps this. See `sensitivities_of`.
     """
     proofs = proofs_of(case.timeline)
-    _refuse(proofs)
-    margins = _Margins(proofs.assembly, of)
+    _refuse(proofs, of)
+    margins = _LoadFactors(proofs.assembly) if of is MarginKind.LOAD_FACTOR else _Margins(proofs.assembly, of)
     if not margins.limits:
         raise SearchError(f"the structure has no limit of {of.value}, so there are no sensitivities")
-    numbers = [*_places(proofs.assembly), *_masses(proofs.assembly), *_joints(proofs.assembly), *_variables(case)]
+    joints = _strengths(proofs.assembly) if of is MarginKind.LOAD_FACTOR else _joints(proofs.assembly)
+    numbers = [*_places(proofs.assembly), *_masses(proofs.assembly), *joints, *_variables(case)]
     pulled = set(case.timeline.pulled_out)
     bricks = sum(not each.hits and each.brick.id not in pulled for each in case.timeline.placements)
 
@@ -162,12 +167,17 @@ def sensitivities_so_far(
         yield partial(so_far, len(due) - done)
 
 
-def _refuse(proofs: Proofs) -> None:
+def _refuse(proofs: Proofs, of: MarginKind) -> None:
     verdict = proofs.verdict
     if not proofs.assembly.bricks:
         raise SearchError("no brick is set down at rest, so statics has nothing to judge")
     if verdict.stability is not Stability.STABLE:
         raise SearchError(f"{verdict.stability.upper()}: {verdict.reason}; {NO_MARGIN}")
+    if of is not MarginKind.LOAD_FACTOR and proofs.assembly.problem().has_joints:
+        raise SearchError(
+            f"sensitivities of the margin of {of.value} are not computed for bricks with joints; "
+            f"use --of {MarginKind.LOAD_FACTOR.value}"
+        )
 
 
 # --- the margin -------------------------------------------------------------------------------------------------------
@@ -221,6 +231,37 @@ class _Margins:
             return None if worst is None or worst.value == inf else worst.value
         friction = least_friction(problem, FINE)
         return None if friction.factor == inf else 0.5 * (friction.factor + friction.too_little) * self._unit
+
+
+class _LoadFactors:
+    """The load factor of an assembly and of its slight changes. Its slopes are finite differences."""
+
+    def __init__(self, assembly: Assembly) -> None:
+        found = load_factor(assembly.problem())
+        if found is None or not 0.0 < found.factor < inf:
+            raise SearchError("the structure bears any multiple of its own weight, so there are no sensitivities")
+        self.value, self.limits = found.factor, (found,)
+
+    def effect(self, number: _Number) -> Effect:
+        """Return the effect of a number."""
+        step = APART * number.size
+        below, above = (self._factor(number.problem(side)) for side in (-step, step))
+        less = None if below is None else self._change(self.value - below) / step
+        more = None if above is None else self._change(above - self.value) / step
+        source = SlopeSource.NONE if less is None and more is None else SlopeSource.DIFFERENCES
+        return Effect(number.what, number.unit, number.size, less, more, source)
+
+    def checked(self, _number: _Number, effect: Effect) -> Effect:
+        """Return the effect, which is a finite difference already."""
+        return effect
+
+    def _change(self, change: float) -> float:
+        return change if abs(change) > UNPROVEN * self.value else 0.0
+
+    def _factor(self, problem: Problem | None) -> float | None:
+        """Return the load factor of a problem; None if it has none."""
+        found = None if problem is None else load_factor(problem)
+        return None if found is None or found.factor in {0.0, inf} else found.factor
 
 
 # --- numbers that can be changed --------------------------------------------------------------------------------------
@@ -293,6 +334,27 @@ def _joints(assembly: Assembly) -> Iterator[_Number]:
         if contact.law.friction > 0.0:
             what = f"friction of {contact.upper} on {contact.lower}"
             yield _Number(what, "", contact.law.friction, _rougher(problem, number, contact))
+
+
+def _strengths(assembly: Assembly) -> Iterator[_Number]:
+    """Yield the strength of each joint, in percent of the present one."""
+    problem = assembly.problem()
+    pairs = dict.fromkeys((each.lower, each.upper) for each in problem.contacts if not each.law.is_cone)
+    for lower, upper in pairs:
+        yield _Number(f"strength of the joint of {upper} on {lower}", "%", 100.0, _stronger(problem, lower, upper))
+
+
+def _stronger(problem: Problem, lower: BodyId, upper: BodyId) -> Callable[[float], Problem]:
+    def with_more(percent: float) -> Problem:
+        contacts = [
+            replace(contact, law=contact.law.times(1.0 + 0.01 * percent))
+            if isinstance(contact.law, MohrCoulomb) and (contact.lower, contact.upper) == (lower, upper)
+            else contact
+            for contact in problem.contacts
+        ]
+        return replace(problem, contacts=contacts)
+
+    return with_more
 
 
 def _rougher(problem: Problem, number: int, contact: Contact) -> Callable[[float], Problem]:

@@ -257,3 +257,24 @@ def test_brittle_joints_have_an_elastic_load_factor_and_an_open_verdict_between_
     ):
         write(tmp_path, brittle, "brittle.yaml")
         assert "internal error" not in stackdsl(command[0], "brittle.yaml", *command[1:]).text
+
+
+def test_sensitivities_of_the_load_factor_are_those_of_its_closed_form(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, CORBEL, "corbel.yaml")
+    told = json.loads(stackdsl("sensitivities", "corbel.yaml", "--of", "load_factor", "--format", "json").out)["cases"][
+        0
+    ]
+    assert told["margin"] == pytest.approx(FACTOR, rel=1e-5)
+    slopes = {each["what"]: (each["less"], each["more"]) for each in told["effects"]}
+    # tension w h^2 / (9 W L), where the weights of a, b and c have levers of 1, 3 and 5 ninths
+    for what, slope in {
+        "strength of the joint of a on wall1": FACTOR / 100.0,
+        "mass of a": -FACTOR / 9.0 / 200.0,
+        "mass of c": -FACTOR * 5.0 / 9.0 / 200.0,
+        "strength of the joint of c on b": 0.0,
+    }.items():
+        assert slopes[what] == pytest.approx((slope, slope), rel=0.02), what
+    refused = stackdsl("sensitivities", "corbel.yaml")
+    assert "not computed for bricks with joints; use --of load_factor" in refused.err
+    write(tmp_path, "scenario: dry\nbuild: [{column: {levels: 3}}]\n", "dry.yaml")
+    assert "bears any multiple of its own weight" in stackdsl("sensitivities", "dry.yaml", "--of", "load_factor").err
