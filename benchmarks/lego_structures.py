@@ -8,8 +8,8 @@ folders of intelligent-control-lab/StableLego, AvaLovelace1/BrickGPT and intelli
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from math import pi
+from dataclasses import dataclass, replace
+from math import isclose, pi
 from pathlib import Path
 from time import process_time
 from typing import Final
@@ -19,7 +19,7 @@ from rich.console import Console
 from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from benchmarks.stablelego_rule import MOST, LegoBrick, rule_load_factor
-from stability.analysis.load_factor import load_factor
+from stability.analysis.load_factor import LoadFactor, load_factor
 from stability.geometry.box import Box
 from stability.joints import JointRule, Joints, Studs
 from stability.model import GROUND, Brick, Plane, Pose
@@ -34,6 +34,7 @@ from stackdsl.language.lego import PITCH, PLATE, PLATES
 
 FRICTION: Final = 0.5
 HEIGHT: Final = PLATES * PLATE
+MIRRORED: Final = 1e-6  # largest relative difference of the load factors of a structure and its mirror image
 # What the authors of StableLego saw; the file with a horizontal force has no published result. Verdicts of BrickGPT are
 # those of its score: a structure that it prints has passed it.
 SEEN: Final[Mapping[str, str]] = {
@@ -120,6 +121,7 @@ def measured(structure: Structure) -> Row:
     started = process_time()
     factor = load_factor(assembly.problem())
     factor_ms = 1e3 * (process_time() - started)
+    _require_same_mirrored(structure, verdict.stability, factor)
     cells = lego_bricks(structure.load)
     rules = [rule_load_factor(cells, float(PITCH), float(HEIGHT), mirrored) for mirrored in (False, True)]
     return {
@@ -134,6 +136,17 @@ def measured(structure: Structure) -> Row:
         "mirrored": _text(rules[1]),
         "published": structure.published,
     }
+
+
+def _require_same_mirrored(structure: Structure, stability: Stability, factor: LoadFactor | None) -> None:
+    """Raise ArithmeticError if the mirrored structure has another verdict or load factor."""
+    boxes = (replace(box, centre=(-box.centre[0], box.centre[1], box.centre[2])) for box in structure.load.boxes)
+    assembly, bricks = assembly_of(replace(structure.load, boxes=tuple(boxes)))
+    verdict = assembly.add_all(bricks).stability
+    mirrored = load_factor(assembly.problem())
+    factors = [-1.0 if each is None else each.factor for each in (factor, mirrored)]
+    if verdict is not stability or not isclose(*factors, rel_tol=MIRRORED):
+        raise ArithmeticError(f"{structure.name}: {stability}, {factors[0]}; mirrored {verdict}, {factors[1]}")
 
 
 def _text(factor: float) -> str:
