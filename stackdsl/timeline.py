@@ -6,6 +6,7 @@ Frame W: z up against gravity. A tilted scene is rotated as a whole, so gravity 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cached_property
 from itertools import groupby
 from math import inf
 from typing import Literal, TypeAlias
@@ -209,7 +210,7 @@ def _ends_bringing(action: Action, let_go: Mapping[BodyId, float]) -> bool:
     return isinstance(action, ReleaseAction) and all(let_go.get(brick) == action.time for brick in action.bricks)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Timeline:
     """All actions of a scenario, in order of time, and the observations that its claims need."""
 
@@ -278,9 +279,9 @@ class Timeline:
         """Return the time at which the last brick of the structure is placed [s]."""
         return max(placement.time for placement in self.placements if not placement.hits)
 
-    @property
+    @cached_property  # every look of a run asks for it
     def end(self) -> float:
-        """Return the time until which the structure is watched [s]."""
+        """Time until which the structure is watched [s]."""
         return max(time_of_arrival(action) for action in self.actions) + self.hold
 
     @property

@@ -12,11 +12,11 @@ from typing import Final
 from stability.work_limit import WorkLimit
 
 VARIABLE: Final = "STACKDSL_WORK"  # environment variable: factor on the default limit
-MOST_STEPS: Final = 400_000  # units of a run on exact: one for each moving brick in each step of the engine
+MOST_STEPS: Final = 2_000_000  # units of a run on exact: one for each moving brick in each step of the engine
 STEP_WORK: Final = 50.0  # units of `stability.work_limit` in one unit of a run
-MOST_WORK: Final = 2 * MOST_STEPS * STEP_WORK  # of the proofs of a run, or of a command on one case
+MOST_WORK: Final = 40_000_000.0  # units of `stability.work_limit` of the proofs of a run, or of a command on one case
 LARGEST: Final = 600_000  # entries of one matrix; a proof with a larger one takes more than 500 MB
-MOST_STEPS_BARE: Final = 4_000_000  # units of a run without proofs, which takes a tenth of the time
+MOST_STEPS_BARE: Final = 20_000_000  # units of a run without proofs, which takes a tenth of the time
 # Costs on exact besides the steps of the engine, measured in units of such a step.
 SPLIT: Final = 0.6  # one sub-step of a step that is split because of a fast brick
 SPLIT_MOVING: Final = 0.3  # each brick that moves in a sub-step

@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from math import dist, hypot, inf
 from typing import Final, TypeAlias
 
@@ -513,12 +513,21 @@ class StepCounts:
     @classmethod
     def by(cls, islands: "list[Island]") -> "StepCounts":
         """Return the sums over islands."""
-        counts = ((each.steps, each.known, each.hands.looks, each.falling.proven) for each in islands)
-        return cls(*map(sum, zip(*counts, strict=True)))
+        return cls(
+            sum(each.steps for each in islands),
+            sum(each.known for each in islands),
+            sum(each.hands.looks for each in islands),
+            sum(each.falling.proven for each in islands),
+        )
 
     def since(self, before: "StepCounts") -> "StepCounts":
         """Return the difference from earlier counts."""
-        return StepCounts(*(now - then for now, then in zip(astuple(self), astuple(before), strict=True)))
+        return StepCounts(
+            self.steps - before.steps,
+            self.known - before.known,
+            self.looks - before.looks,
+            self.landings - before.landings,
+        )
 
 
 @dataclass

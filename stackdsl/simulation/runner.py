@@ -70,10 +70,6 @@ class StopRule:
     last_arrival: float = 0.0  # of flying bricks at the structure [s]
     early: EarlyEnd | None = None
     _checked: float = 0.0  # when the stop condition was last evaluated [s]
-    _planned: float = field(init=False)  # end of a run without a collapse [s]
-
-    def __post_init__(self) -> None:
-        self._planned = self.timeline.end  # stored, as every step needs it
 
     def acted(self, moment: Moment) -> None:
         """Note the time of an action and of its arrival at the structure."""
@@ -85,7 +81,7 @@ class StopRule:
         if self.early is not None:
             return self.early.time
         if collapse is None:
-            return self._planned
+            return self.timeline.end
         aftermath = collapse.time + (self.timeline.followed if self.timeline.aftermath else 0.0)
         goes_on = hit or self.last_action > collapse.time
         return max(aftermath, self.last_arrival + self.timeline.hold) if goes_on else aftermath

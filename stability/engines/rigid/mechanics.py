@@ -950,7 +950,7 @@ RATE = PHASE / (2.0 * DAMPING + PHASE)  # share of an overlap that a sub-step re
 SOFT = PHASE * (2.0 * DAMPING + PHASE) / (1.0 + PHASE * (2.0 * DAMPING + PHASE))
 SMALL = 0.1  # share of the accuracy: changes of a body that affect others
 MORE = 10  # times the sweeps and the accuracy in a sub-step with a hit
-FEWEST = 2  # sweeps of a sub-step, of however many points
+FEWEST = 4  # sweeps of a sub-step, of however many points: with two, walls of 500 bricks tremble for ever
 SWEPT = 4000  # points that the sweeps of a sub-step without hits may solve, as those of tall towers converge slowly
 STRAIGHT = 1e-4  # [rad] below which sine and cosine are those of their series
 

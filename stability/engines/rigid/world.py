@@ -144,7 +144,8 @@ class RigidWorld(EngineWorld):
     _contacts: ContactPoints = field(default_factory=ContactPoints, init=False)
     _struck: bool = field(default=False, init=False)  # whether a hit has taken place
     _part: float = field(default=1.0, init=False)  # duration of the last sub-step [s]
-    _touching: dict[BodyId, list[int]] | None = field(default=None, init=False)
+    _touching: dict[BodyId, list[int]] | None = field(default=None, init=False)  # numbers of points, by body
+    _told: dict[int, ContactPoint] = field(default_factory=dict, init=False)  # points that were asked for, by number
     _boxes: Array | None = field(default=None, init=False)  # around the solids
     _states: dict[BodyId, BodyState] = field(default_factory=dict, init=False)  # of bricks, as they were asked for
     _records: bool = field(default=False, init=False)  # whether each step is recorded
@@ -284,6 +285,7 @@ class RigidWorld(EngineWorld):
 
     def _moved(self) -> None:
         self._touching = self._boxes = None
+        self._told.clear()
         self._states.clear()
 
     def _changed(self) -> None:
@@ -420,31 +422,33 @@ class RigidWorld(EngineWorld):
     def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
         if self._touching is None:
             self._touching = self._by_body()
-        return [self._contact_point(number) for number in self._touching.get(brick, ())]
+        return [self._told.get(number) or self._tell(number) for number in self._touching.get(brick, ())]
 
     def _by_body(self) -> dict[BodyId, list[int]]:
         """Return the points that touch, or almost touch, by brick and plane."""
-        count, touching = self._contacts.count, defaultdict[BodyId, list[int]](list)
-        row = self._contacts.points.row[:count]
-        for number in np.flatnonzero((row[:, PRESSES] > 0.0) | (row[:, GAP] < self.settings.edge_radius)).tolist():
-            for name in self._bodies_at(number):
-                touching[name].append(number)
+        row, pairs = self._contacts.points.row, self._contacts.points.ids[: self._contacts.count, : SECOND + 1]
+        row, touching = row[: len(pairs)], defaultdict[BodyId, list[int]](list)
+        numbers = np.flatnonzero((row[:, PRESSES] > 0.0) | (row[:, GAP] < self.settings.edge_radius))
+        for number, (first, second) in zip(numbers.tolist(), pairs[numbers].tolist(), strict=True):
+            touching[self._body(first)].append(number)
+            touching[self._names[second]].append(number)
         return touching
 
-    def _bodies_at(self, number: int) -> tuple[BodyId, BodyId]:
-        first, second = self._contacts.points.ids[number, : SECOND + 1].tolist()
-        return tuple(self.own.planes)[-1 - first] if first < 0 else self._names[first], self._names[second]
+    def _body(self, number: int) -> BodyId:
+        return self._names[number] if number >= 0 else tuple(self.own.planes)[-1 - number]
 
-    def _contact_point(self, number: int) -> ContactPoint:
-        points = self._contacts.points
-        row, on_plane = points.row[number].tolist(), points.ids[number, FIRST] < 0
-        first, second = self._bodies_at(number)
-        normal, along, across = ((row[k], row[k + 1], row[k + 2]) for k in (0, 3, 6))
+    def _tell(self, number: int) -> ContactPoint:
+        values = self._contacts.points.row[number].tolist()
+        first, second = self._contacts.points.ids[number, : SECOND + 1].tolist()
+        normal, along, across = ((values[k], values[k + 1], values[k + 2]) for k in (0, 3, 6))
+        gap = values[GAP]
         # The point is a corner over a half-space, or in the middle of the gap between two solids.
-        below = row[GAP] if on_plane else 0.5 * row[GAP]
-        at_W = add_scaled((row[AT], row[AT + 1], row[AT + 2]), -below, normal)
-        rubs_W = add(scale(row[RUBS] / self._part, along), scale(row[RUBS_ACROSS] / self._part, across))
-        return ContactPoint(second, first, at_W, normal, row[GAP], row[PRESSES] / self._part, rubs_W)
+        at_W = add_scaled((values[AT], values[AT + 1], values[AT + 2]), -(gap if first < 0 else 0.5 * gap), normal)
+        rubs_W = add(scale(values[RUBS] / self._part, along), scale(values[RUBS_ACROSS] / self._part, across))
+        presses = values[PRESSES] / self._part
+        point = ContactPoint(self._names[second], self._body(first), at_W, normal, gap, presses, rubs_W)
+        self._told[number] = point
+        return point
 
     def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         solids = self._built()

@@ -37,18 +37,23 @@ def judgeable_bricks(
     engine: Engine, resting: Mapping[BodyId, Placed], supported: Collection[BodyId], states: Mapping[BodyId, BodyState]
 ) -> list[Placed]:
     """Return the resting bricks that touch only each other and `supported` bodies: no robots and no moving bricks."""
-    unsupported = {
-        brick: [o for o in engine.neighbours(brick, _reach(at)) if o not in supported] for brick, at in resting.items()
-    }
-    clear = dict(resting)
-    while True:
-        unclear = [
-            b for b in clear if any(o not in clear and _hangs_on(engine, clear[b], o, states) for o in unsupported[b])
-        ]
-        if not unclear:
-            return list(clear.values())
-        for brick in unclear:
+    near: dict[BodyId, list[BodyId]] = {brick: [] for brick in resting}  # resting bricks that may hang on each
+    clear, unclear = dict(resting), []
+    for brick, placed in resting.items():
+        unsupported = [other for other in engine.neighbours(brick, _reach(placed)) if other not in supported]
+        for other in unsupported:
+            if other in resting:
+                near[other].append(brick)
+        if any(other not in resting and _hangs_on(engine, placed, other, states) for other in unsupported):
+            unclear.append(brick)
             del clear[brick]
+    while unclear:
+        other = unclear.pop()
+        for brick in near[other]:
+            if brick in clear and _hangs_on(engine, clear[brick], other, states):
+                unclear.append(brick)
+                del clear[brick]
+    return list(clear.values())
 
 
 def _hangs_on(engine: Engine, placed: Placed, other: BodyId, states: Mapping[BodyId, BodyState]) -> bool:
