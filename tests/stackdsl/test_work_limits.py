@@ -63,7 +63,7 @@ def test_what_falls_for_longer_than_is_allowed_is_refused_where_they_are_built(
 ) -> None:
     text = "scenario: it\nbuild:\n  - column: {levels: 8, step: 20 mm}\nexpect:\n  - falls: {count: '>= 1'}\n"
     (tmp_path / "it.yaml").write_text(text, encoding="utf-8")
-    done = stackdsl("check", "it.yaml", STACKDSL_WORK="0.01")
+    done = stackdsl("check", "it.yaml", STACKDSL_WORK="0.002")
     assert done.code != 0
     assert "it.yaml:3:13: SD206" in done.text
     assert "for at least 1 s" in done.text
@@ -105,9 +105,9 @@ def test_a_margin_of_what_has_few_bricks_and_many_joints_is_refused(
 
 
 COUNTED = {
-    "a hand on its way for minutes": (HAND, 0.05, "a hand moves a brick at 0 s, for at least 75 s"),
-    "a foil on what is pushed, on an engine that needs fine steps for it": (FOIL, 0.05, "SD206 2 bricks move"),
-    "a landing proven on all that landed before": (DROPS, 0.01, "SD206 "),
+    "a hand on its way for minutes": (HAND, 0.01, "a hand moves a brick at 0 s, for at least 75 s"),
+    "a foil on what is pushed, on an engine that needs fine steps for it": (FOIL, 0.01, "SD206 2 bricks move"),
+    "a landing proven on all that landed before": (DROPS, 0.002, "SD206 "),
 }
 
 
