@@ -550,6 +550,29 @@ def _common_area(
 
 
 @compiled
+def _without_flat_corners(polygons: Array, count: int, slight: float) -> int:
+    """Remove the corners of an area that lie within a distance [m] of the line between their neighbours.
+
+    Where sides of two faces are almost flush, they cross anywhere, and a point there would jump from step to step.
+    """
+    c = 0
+    while c < count and count > 2:
+        before, after = (c + count - 1) % count, (c + 1) % count
+        x, y, z = polygons[0, before, 0], polygons[0, before, 1], polygons[0, before, 2]
+        a, b, d = polygons[0, after, 0] - x, polygons[0, after, 1] - y, polygons[0, after, 2] - z
+        x, y, z = polygons[0, c, 0] - x, polygons[0, c, 1] - y, polygons[0, c, 2] - z
+        p, q, r = y * d - z * b, z * a - x * d, x * b - y * a
+        if p * p + q * q + r * r > slight * slight * (a * a + b * b + d * d):
+            c += 1
+            continue
+        for k in range(c, count - 1):
+            for axis in range(3):
+                polygons[0, k, axis] = polygons[0, k + 1, axis]
+        count -= 1
+    return int(count)
+
+
+@compiled
 def _is_narrow(polygons: Array, count: int, normal: tuple[float, float, float], radius: float) -> bool:
     """Check that an area is hardly wider than the rounded edges of a face: two edges meet there."""
     x, y, z = normal
@@ -605,6 +628,7 @@ def _along_faces(
     # A rounded edge is no part of a face. Two flat faces may be warped against each other by their edge radius.
     inset, accepted = (0.0, radius) if cosine < -FLAT else (radius, SLIGHT * radius)
     area = _common_area(table, solids.loops, lower, face, upper, opposite, placed, scratch, plane, inset, polygons)
+    area = _without_flat_corners(polygons, area, SLIGHT * radius)
     x, y, z, height = scratch[plane, 0], scratch[plane, 1], scratch[plane, 2], scratch[plane, 3]
     nearest_corner = np.inf
     for c in range(area):
@@ -617,7 +641,7 @@ def _along_faces(
     for c in range(area):
         u, v, w = polygons[0, c, 0], polygons[0, c, 1], polygons[0, c, 2]
         gap = x * u + y * v + z * w - height
-        if gap < reach and not _is_repeated(polygons, c):
+        if gap < reach:
             half = 0.5 * gap
             count = _add(
                 bodies,
@@ -631,17 +655,6 @@ def _along_faces(
                 rubbing,
             )
     return count
-
-
-@compiled
-def _is_repeated(polygons: Array, c: int) -> bool:
-    """Check that a corner of the common area is one of those before, as where sides of two faces are flush."""
-    for k in range(c):
-        x, y = polygons[0, c, 0] - polygons[0, k, 0], polygons[0, c, 1] - polygons[0, k, 1]
-        z = polygons[0, c, 2] - polygons[0, k, 2]
-        if x * x + y * y + z * z < ALIKE_FAR * ALIKE_FAR:
-            return True
-    return False
 
 
 @compiled
