@@ -118,6 +118,7 @@ def no_pairs() -> Pairs:
 
 MOST_CORNERS = 128  # of a common area
 FLAT = 0.9998  # cosine of the angle between two faces that touch along an area
+LINE = 2  # corners of an area without width
 NARROW = 2.0  # edge radii, for areas of two flat faces
 SLIGHT = 0.01  # times the edge radius
 SAME = 1e-9  # [m] accepted distance of a corner beyond the side of a face
@@ -556,7 +557,7 @@ def _without_flat_corners(polygons: Array, count: int, slight: float) -> int:
     Where sides of two faces are almost flush, they cross anywhere, and a point there would jump from step to step.
     """
     c = 0
-    while c < count and count > 2:
+    while c < count and count > LINE:
         before, after = (c + count - 1) % count, (c + 1) % count
         x, y, z = polygons[0, before, 0], polygons[0, before, 1], polygons[0, before, 2]
         a, b, d = polygons[0, after, 0] - x, polygons[0, after, 1] - y, polygons[0, after, 2] - z
