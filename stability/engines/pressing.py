@@ -48,16 +48,22 @@ class AppliedLoads:
         """Remove all forces on a brick."""
         self._loads.pop(brick, None)
 
+    def forces(self, bodies: StateSource) -> Iterator[tuple[BodyId, list[AppliedForce]]]:
+        """Yield each loaded brick, and the forces on it at its current pose."""
+        for name, state in bodies.states(self._loads.keys()).items() if self._loads else ():
+            place, turn = state.pose.position_W, state.pose.orientation
+            yield (
+                name,
+                [replace(force, at_W=add(place, rotate(turn, at_B))) for force, at_B in self._loads[name].at_B],
+            )
+
     def acting(self, bodies: StateSource, duration: float) -> Iterator["AppliedImpulses"]:
         """Yield the impulses on each loaded brick in the next engine step of a duration [s]."""
-        for name, state in bodies.states(self._loads.keys()).items() if self._loads else ():
-            load, pose = self._loads[name], state.pose
-            forces = [
-                replace(force, at_W=add(pose.position_W, rotate(pose.orientation, at_B))) for force, at_B in load.at_B
-            ]
-            friction = friction_impulses(load.brick, state, forces, duration)
+        for name, forces in self.forces(bodies):
+            brick, (state,) = self._loads[name].brick, bodies.states([name]).values()
+            friction = friction_impulses(brick, state, forces, duration)
             yield AppliedImpulses(
-                load.brick,
+                brick,
                 state,
                 [
                     (add_scaled(impulse, duration, force.force_W), force.at_W)

@@ -16,7 +16,6 @@ from stability.engines.rigid.mechanics import (
     AXES,
     BODY_WIDTH,
     CARRIED,
-    FORCE,
     GUIDE,
     INVERSE_MASS,
     MOTION,
@@ -155,7 +154,7 @@ class BodyRows:
         if speed == 0.0:
             return np.zeros(3), np.zeros(3)
         along_W = body[MOTION:SPIN] / speed
-        a, b, c, d, e, f = body[RESPONSE:FORCE] / np.linalg.norm(body[RESPONSE:FORCE])
+        a, b, c, d, e, f = body[RESPONSE:REACH] / np.linalg.norm(body[RESPONSE:REACH])
         # With its spin and its inertia, so that both sides of a body that turns, or comes askew, differ.
         turned_W = body[REACH] / speed * np.cross(body[SPIN:AXES], along_W)
         return body[POSITION:TURN], along_W + turned_W + np.array([[a, b, c], [b, d, e], [c, e, f]]) @ along_W

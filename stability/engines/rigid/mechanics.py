@@ -33,14 +33,12 @@ AXES = 13  # 9: rotation matrix by rows
 INVERSE_MASS = 22  # [1/kg]; 0 of frozen bodies
 INVERSE_MOMENTS = 23  # 3: [1/(kg m2)]
 RESPONSE = 26  # 6: inverse inertia in W: xx, xy, xz, yy, yz, zz
-FORCE = 32  # 3: from outside the engine, W [N]
-TORQUE = 35  # 3: [N m]
-REACH = 38  # of the farthest corner from the centre [m]
+REACH = 32  # of the farthest corner from the centre [m]
 GUIDE = (
-    39  # 7: 0, SLID or CARRIED; the prescribed velocity [m/s], and the unit axis along which a slid body moves freely
+    33  # 7: 0, SLID or CARRIED; the prescribed velocity [m/s], and the unit axis along which a slid body moves freely
 )
 SLID, CARRIED = 1.0, 2.0
-BODY_WIDTH = 46
+BODY_WIDTH = 40
 
 
 class Solids(NamedTuple):
@@ -414,6 +412,32 @@ def _add(
             r[count, 9 + 3 * side + k] = bodies[i, column] * u + bodies[i, column + 3] * v + bodies[i, column + 6] * w
     r[count, OFFSET], r[count, FRICTION] = gap, friction
     return count + 1
+
+
+@compiled
+def load(bodies: Array, points: Points, count: int, loads: Array, slack: float) -> int:
+    """Add points that bear given forces, after the contact points; return the number of all points.
+
+    Each load (m, 9) has the row of its body, its force [N], the direction in which it presses, its place in W [m], and
+    its friction. The points rub like contacts, on bodies at rest. A body at rest from which a load comes is kept at a
+    distance [m]: it would press beside its load, and jam the body.
+    """
+    total = np.zeros((len(bodies), 3))
+    for k in range(len(loads)):
+        for axis in range(3):
+            total[int(loads[k, 0]), axis] += loads[k, 1] * loads[k, 2 + axis]
+    for c in range(count):
+        a, b, r = points.ids[c, ON_BODY], points.ids[c, ON_OTHER], points.row[c]
+        on_a = total[a, 0] * r[0] + total[a, 1] * r[1] + total[a, 2] * r[2]
+        on_b = total[b, 0] * r[0] + total[b, 1] * r[1] + total[b, 2] * r[2]
+        from_b = on_a < -SIDEWAYS * _length(total[a]) and bodies[b, INVERSE_MASS] == 0.0
+        if from_b or (on_b > SIDEWAYS * _length(total[b]) and bodies[a, INVERSE_MASS] == 0.0):
+            r[OFFSET] += slack
+    for k in range(len(loads)):
+        s, on = loads[k], int(loads[k, 0])
+        place = (s[5], s[6], s[7])
+        count = _add(bodies, points, count, (on, on), (len(bodies) - 1, on), (s[2], s[3], s[4]), place, s[1], s[8])
+    return count
 
 
 @compiled
@@ -966,6 +990,7 @@ SMALL = 0.1  # share of the accuracy: changes of a body that affect others
 MORE = 10  # times the sweeps and the accuracy in a sub-step with a hit
 FEWEST = 4  # sweeps of a sub-step, of however many points: with two, walls of 500 bricks tremble for ever
 SWEPT = 4000  # points that the sweeps of a sub-step without hits may solve, as those of tall towers converge slowly
+UNCHANGED = 1e-300  # [kg] effective mass at a point whose force is given
 STRAIGHT = 1e-4  # [rad] below which sine and cosine are those of their series
 
 
@@ -974,6 +999,7 @@ def advance(
     bodies: Array,
     points: Points,
     count: int,
+    ends: int,
     timing: tuple[float, int],
     falling: tuple[int, float],
     struck: tuple[int, float],
@@ -986,7 +1012,8 @@ def advance(
 
     Before and after the first hit, each sub-step has at most a number of sweeps, until one changes all closing speeds
     by at most an accuracy [m/s]. A hit changes one by more than `hit` [m/s]. The points keep the impulses of the last
-    sub-step. `recovery` is the speed at which overlaps are removed [m/s].
+    sub-step. `recovery` is the speed at which overlaps are removed [m/s]. From point `count` to the end each point
+    bears a given force.
     """
     duration, parts = timing
     h, moving, row = duration / parts, len(bodies) - 1, points.row
@@ -999,20 +1026,22 @@ def advance(
                 before[i, k] = bodies[i, MOTION + k]
             if bodies[i, INVERSE_MASS] > 0.0:
                 for k in range(3):
-                    bodies[i, MOTION + k] += h * (gravity_W[k] + bodies[i, INVERSE_MASS] * bodies[i, FORCE + k])
+                    bodies[i, MOTION + k] += h * gravity_W[k]
                 _spin_on(bodies, i, h)
                 if bodies[i, GUIDE] == CARRIED:
                     for k in range(3):
                         bodies[i, MOTION + k], bodies[i, SPIN + k] = bodies[i, GUIDE + 1 + k], 0.0
         _follow_guides(bodies)
-        if count > 0:
-            _prepare(bodies, index, row, count)
+        if ends > 0:
+            _prepare(bodies, index, row, ends)
+            for c in range(count, ends):
+                row[c, GAP], row[c, MASS], row[c, PRESSES] = 1.0, UNCHANGED, h * row[c, OFFSET]
             if was_struck:
-                _soften(bodies, index, row, count)
+                _soften(bodies, index, row, ends)
             else:
-                for c in range(count):
+                for c in range(ends):
                     row[c, SOFTNESS] = 1.0
-            for c in range(count):
+            for c in range(ends):
                 row[c, EARLIER] = row[c, PRESSES]
                 if row[c, PRESSES] > 0.0:
                     pressing, along, across = row[c, PRESSES], row[c, RUBS], row[c, RUBS_ACROSS]
@@ -1021,7 +1050,7 @@ def advance(
             most, accuracy = struck if was_struck else falling
             k, change, hits, left = 0, np.inf, False, SWEPT
             while change > accuracy and k < most and (k < FEWEST or left > 0 or hits):
-                change, solved = _sweep(bodies, index, row, count, h, recovery, (k + part) % 2 == 1, k, accuracy, moved)
+                change, solved = _sweep(bodies, index, row, ends, h, recovery, (k + part) % 2 == 1, k, accuracy, moved)
                 _follow_guides(bodies)
                 k, left = k + 1, left - solved
                 if change > hit and not hits:
@@ -1029,8 +1058,8 @@ def advance(
                     most, accuracy = MORE * struck[0], MORE * struck[1]
                     if not was_struck:
                         was_struck = True
-                        _soften(bodies, index, row, count)
-            for c in range(count):
+                        _soften(bodies, index, row, ends)
+            for c in range(ends):
                 if row[c, PRESSES] - row[c, EARLIER] > hit * row[c, MASS]:
                     stopped[index[c, ON_BODY]] = stopped[index[c, ON_OTHER]] = 1
         for i in range(moving):
@@ -1042,8 +1071,8 @@ def advance(
                 bodies[i, POSITION + k] += h * before[i, k]
             _turn(bodies, i, before, h)
             place_axes(bodies, i)
-        if count > 0:
-            _sweep(bodies, index, row, count, h, 0.0, part % 2 == 0, 0, 0.0, moved)
+        if ends > 0:
+            _sweep(bodies, index, row, ends, h, 0.0, part % 2 == 0, 0, 0.0, moved)
             _follow_guides(bodies)
     return was_struck
 
@@ -1052,7 +1081,7 @@ def advance(
 def place_axes(bodies: Array, i: int) -> None:
     """Compute the rotation matrix of a body and its response to torques from its quaternion."""
     x, y, z, w = bodies[i, TURN], bodies[i, TURN + 1], bodies[i, TURN + 2], bodies[i, TURN + 3]
-    r, a = bodies[i, AXES:INVERSE_MASS], bodies[i, RESPONSE:FORCE]
+    r, a = bodies[i, AXES:INVERSE_MASS], bodies[i, RESPONSE:REACH]
     r[0], r[1], r[2] = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)
     r[3], r[4], r[5] = 2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)
     r[6], r[7], r[8] = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)
@@ -1081,12 +1110,9 @@ def _follow_guides(bodies: Array) -> None:
 
 @compiled
 def _spin_on(bodies: Array, i: int, h: float) -> None:
-    """Change a spin by the torque from outside, and by Euler's equations with the implicit midpoint rule."""
+    """Change a spin by Euler's equations, with the implicit midpoint rule."""
     r, w = bodies[i, AXES:INVERSE_MASS], bodies[i, SPIN:AXES]
-    a, t = bodies[i, RESPONSE:FORCE], bodies[i, TORQUE:REACH]
-    x = w[0] + h * (a[0] * t[0] + a[1] * t[1] + a[2] * t[2])
-    y = w[1] + h * (a[1] * t[0] + a[3] * t[1] + a[4] * t[2])
-    z = w[2] + h * (a[2] * t[0] + a[4] * t[1] + a[5] * t[2])
+    x, y, z = w[0], w[1], w[2]
     m, n = 1.0 / bodies[i, INVERSE_MOMENTS], 1.0 / bodies[i, INVERSE_MOMENTS + 1]
     o = 1.0 / bodies[i, INVERSE_MOMENTS + 2]
     u0, v0, w0 = r[0] * x + r[3] * y + r[6] * z, r[1] * x + r[4] * y + r[7] * z, r[2] * x + r[5] * y + r[8] * z

@@ -21,7 +21,6 @@ from stability.engines.rigid.mechanics import (
     AT,
     AXES,
     FIRST,
-    FORCE,
     GAP,
     INVERSE_MASS,
     MOTION,
@@ -46,6 +45,7 @@ from stability.engines.rigid.mechanics import (
     bounding_boxes,
     carry_over,
     contacts,
+    load,
     near_boxes,
     no_pairs,
     no_points,
@@ -55,13 +55,14 @@ from stability.engines.rigid.preparation import tell_if_compiling
 from stability.engines.rigid.settings import RigidSettings, Solving
 from stability.geometry.box import Box
 from stability.geometry.rows import cross_rows
-from stability.geometry.vectors import add, add_scaled, norm, scale
+from stability.geometry.vectors import add, add_scaled, norm, scale, unit
 from stability.model import AT_REST, GROUND, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
 
 # Share of the speed of the fastest body to which a fall is solved: what is off at its start grows, later it does not.
 RELATIVE = 3e-4
 MOST_HARD = 30  # bodies: the sweeps that hard contacts need grow with the square of the number of courses
 FIRST_ROOM = 64
+SLACK = 0.2  # edge radii between a body at rest and a body that bears its load
 SAME_PLACE = 5.0  # in units of the least gap of a point: distance within which points keep impulses
 
 tell_if_compiling()  # by the first import, as the first step of a process compiles
@@ -73,6 +74,7 @@ class ContactPoints:
 
     points: Points = field(default_factory=lambda: no_points(FIRST_ROOM), init=False)
     count: int = field(default=0, init=False)
+    loaded: int = field(default=0, init=False)  # with the points that bear forces from outside
     _spare: Points = field(default_factory=lambda: no_points(FIRST_ROOM), init=False)
     _pairs: Pairs = field(default_factory=no_pairs, init=False)
 
@@ -87,6 +89,14 @@ class ContactPoints:
         self._pairs = pairs
         carry_over(self._spare, count, self.points, self.count, SAME_PLACE * near)
         self.points, self._spare, self.count = self._spare, self.points, count
+
+    def load(self, bodies: BodyRows, loads: Array, slack: float) -> None:
+        """Add points for the next step that bear forces from outside, as `mechanics.load` takes them."""
+        if self.count + len(loads) > len(self.points.ids):
+            more, count = no_points(self.count + len(loads)), self.count
+            more.ids[:count], more.row[:count] = self.points.ids[:count], self.points.row[:count]
+            self.points = more
+        self.loaded = load(bodies.arrays, self.points, self.count, loads, slack)
 
     def forget(self, row: int | None = None) -> None:
         """Set the impulses on a body to 0, as its mass changes, or all impulses."""
@@ -163,7 +173,6 @@ class RigidWorld(EngineWorld):
 
     def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
         solids, settings, duration = self._built(), self.settings, self.settings.time_step
-        self._press(duration)
         self._guide(prescribed)
         x, y, z = prescribed.acceleration_W
         gravity_W = np.array((-x, -y, -self.gravity - z))
@@ -180,6 +189,7 @@ class RigidWorld(EngineWorld):
         for _ in range(splits):
             parts = ceil((struck if self._struck else falling).parts / splits)
             self._contacts.find(self._bodies, solids, self._order, duration, near, not self._struck)
+            self._contacts.load(self._bodies, self._loads(), SLACK * settings.edge_radius)
             # A recorded step is taken in pieces, as the points keep the impulses of the last sub-step only.
             pieces = 1 if record is None else parts
             for _ in range(pieces):
@@ -188,6 +198,7 @@ class RigidWorld(EngineWorld):
                     self._bodies.arrays,
                     self._contacts.points,
                     self._contacts.count,
+                    self._contacts.loaded,
                     (duration / pieces, parts // pieces),
                     (falling.sweeps, max(falling.accuracy, relative)),
                     (struck.sweeps, struck.accuracy),
@@ -198,8 +209,8 @@ class RigidWorld(EngineWorld):
                 )
                 if record is not None and centres_W is not None:
                     self._add_impulses(record.impulses, centres_W)
-        self._part = duration / parts
-        self._moved()
+            self._part = duration / parts
+            self._moved()
 
     # --- records of steps, for joined bricks --------------------------------------------------------------------------
 
@@ -274,14 +285,14 @@ class RigidWorld(EngineWorld):
         for name, motion in prescribed.guided.items():
             self._bodies.guide(self._bodies.row[name], motion, self._bodies.state(name))
 
-    def _press(self, duration: float) -> None:
-        """Set the forces from outside during the next step."""
-        arrays = self._bodies.arrays
-        arrays[:, FORCE:REACH] = 0.0
-        for acting in self.presses.acting(self, duration):
-            row = self._bodies.row[acting.brick.id]
-            force_W, torque_W = acting.wrench(duration)
-            arrays[row, FORCE:REACH] = *force_W, *torque_W
+    def _loads(self) -> Array:
+        """Return the forces from outside, as `load` takes them."""
+        loads = [
+            (self._bodies.row[brick], norm(force.force_W), *unit(force.force_W), *force.at_W, force.friction)
+            for brick, forces in self.presses.forces(self)
+            for force in forces
+        ]
+        return np.array(loads, np.float64).reshape(-1, 9)
 
     def _moved(self) -> None:
         self._touching = self._boxes = None
@@ -348,7 +359,7 @@ class RigidWorld(EngineWorld):
     def _push_group(self, row: int, impulse_W: Array, at_W: Array) -> None:
         """Apply an impulse to a welded group as a whole."""
         body = self._bodies.arrays[row]
-        a, b, c, d, e, f = body[RESPONSE:FORCE]
+        a, b, c, d, e, f = body[RESPONSE:REACH]
         twist_W = np.cross(at_W - body[POSITION:TURN], impulse_W)
         body[MOTION:SPIN] += body[INVERSE_MASS] * impulse_W
         body[SPIN:AXES] += np.array([[a, b, c], [b, d, e], [c, e, f]]) @ twist_W
