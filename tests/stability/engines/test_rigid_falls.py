@@ -11,9 +11,11 @@ from benchmarks.movers import Scene, scenes
 from stability.contact_law import Friction, GivenFriction
 from stability.engines.rigid.world import RigidWorld
 from stability.geometry.box import Box
-from stability.geometry.vectors import about, rotate
+from stability.geometry.vectors import about, norm, rotate
 from stability.model import GROUND, Brick, Plane, Pose
+from stackdsl.language.layouts.wall import WallParams, wall
 from stackdsl.simulation.systems import PEERS, RIGID
+from tests.planks import LENGTH, MASS, THICKNESS, WIDTH
 
 GRAVITY = 9.81
 TOLERANCES = {"falling columns and towers": 0.025, "slips": 0.01, "rolling, rocking, landing": 0.01}
@@ -32,6 +34,22 @@ def known_scenes() -> Iterable[object]:
 def test_bricks_that_fall_slip_rock_or_land_take_the_time_of_their_equations(scene: Scene) -> None:
     truth = scene.known()
     assert scene.measured(PEERS["rigid"]).value == pytest.approx(truth.value, rel=TOLERANCES[scene.kind])
+
+
+PLANKS = 20  # in each of as many courses
+
+
+def test_a_wall_comes_to_rest_after_a_tap_on_one_plank() -> None:
+    world = RigidWorld.opened(RIGID, GRAVITY, 0.5)
+    world.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5))
+    for number, spec in enumerate(wall(WallParams(levels=PLANKS, bricks=PLANKS), (LENGTH, WIDTH, THICKNESS))):
+        size = spec.size or (LENGTH, WIDTH, THICKNESS)
+        world.add_brick(Brick(f"{number}", Box(size), MASS * size[0] / LENGTH), Pose(spec.position))
+    tapped = f"{PLANKS * PLANKS // 2}"
+    world.push(tapped, (0.0, 0.05 * MASS, 0.0), world.states([tapped])[tapped].pose.position_W)
+    for _ in range(60):
+        world.step()
+    assert max(norm(state.velocity_W) for state in world.states([*world.own.bricks]).values()) < 0.002
 
 
 SLOPE, STEPS = radians(15.0), 100
