@@ -35,6 +35,11 @@ def clock(time: float) -> str:
     return f"{f'{days} d {of_day}' if days else of_day:>11}"
 
 
+def time_text(time: float, digits: int = 6) -> str:
+    """Return a time [s] in words; from an hour on as days and a time of day."""
+    return f"{time:.{digits}g} s" if time < LONG else clock(time).strip()
+
+
 def mm(length: float, digits: int = 4) -> str:
     """Format a length [m] in millimetres, with at most `digits` significant digits: `3.9 mm`."""
     return f"{MILLIMETRES * length:.{digits}g} mm"

@@ -71,6 +71,7 @@ from stackdsl.wording import (
     side_text,
     slides_together,
     survived_text,
+    time_text,
     touching_text,
     weakest_text,
 )
@@ -438,7 +439,7 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
         yield f"  joint between bricks with studs: {_studs_text(studs)}"
     count, levels = sum(not placement.hits for placement in timeline.placements), timeline.levels
     what = f"{count} brick{'s' * (count > 1)} on {levels} level{'s' * (levels > 1)}"
-    yield f"  {what}, finished at {timeline.built:g} s, watched until {timeline.end:g} s"
+    yield f"  {what}, finished at {time_text(timeline.built)}, watched until {time_text(timeline.end)}"
     yield ""
     extent.on_stage("proofs")
     proofs = proofs_of(timeline) if any(system_named(case.system).method is Method.PROVEN for case in cases) else None

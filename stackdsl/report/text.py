@@ -24,7 +24,7 @@ from stackdsl.results import (
     VariantResult,
 )
 from stackdsl.trace import UNRELIABLE, BrickState, Event, EventKind, Trace
-from stackdsl.wording import clock, energy_fault, how_many, level_text, shortened, significant, touching_text
+from stackdsl.wording import clock, energy_fault, how_many, level_text, shortened, significant, time_text, touching_text
 
 # One expectation as one line: the expected and the measured value, and the margin to the threshold.
 #
@@ -250,7 +250,9 @@ def run_text(trace: Trace, result: VariantResult, all_names: bool = False) -> st
 
 def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str]:
     fell = "" if trace.collapse is None else trace.collapse.text
-    cost = f"{trace.cost.simulated_time:.4g} s simulated in {trace.cost.wall_time:.3g} s, {trace.cost.steps} steps"
+    cost = (
+        f"{time_text(trace.cost.simulated_time, 4)} simulated in {trace.cost.wall_time:.3g} s, {trace.cost.steps} steps"
+    )
     came = f"{UNRELIABLE}: " * trace.unreliable + (fell or trace.verdict)
     yield f"{came}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
     yield from (f"warning: {odd}" for odd in result.warnings)

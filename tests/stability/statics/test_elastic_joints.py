@@ -112,6 +112,16 @@ def test_a_structure_that_stands_without_its_brittle_joints_stands_whichever_of_
         assert leaning(angle, Bond(times * pull, SHEAR, brittle=True)).verdict().stability is stability
 
 
+@pytest.mark.parametrize(("times", "stability"), [(1.001, Stability.STABLE), (0.999, Stability.UNDECIDED)])
+def test_shear_is_borne_by_cohesion_and_by_friction_at_the_corner_that_is_pressed_least(
+    times: float, stability: Stability
+) -> None:
+    angle, foot = radians(35.0), W * W
+    least_pressed = WEIGHT * (cos(angle) / foot - 6.0 * 0.25 * sin(angle) / W**3)  # it pulls
+    cohesion = WEIGHT * sin(angle) / foot - 0.5 * least_pressed
+    assert leaning(angle, Bond(1e6, times * cohesion, brittle=True)).verdict().stability is stability
+
+
 def test_a_dry_contact_that_would_have_to_pull_is_no_elastic_proof() -> None:
     wall = Placed(Brick("wall", Box((1.0, 1.0, 2.0)), 1.0), Pose((-0.5, 0.0, 0.0)))
     bond = Bond(1e6, SHEAR, brittle=True)

@@ -6,7 +6,7 @@ import pytest
 
 from stability.joints import Bond, Joint, Pull, Studs
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.timeline import FixedWorld
+from stackdsl.timeline import FixedWorld, JointsAction
 from tests.scenes import compiled
 
 HEAD = """
@@ -129,3 +129,26 @@ def test_the_strength_of_a_joint_may_be_a_variable() -> None:
     cases, told = compiled(f"{text}let: {{strength: 0.1 MPa, hold: 2 N}}\n")
     assert told == []
     assert [rule.joint for rule in cases[0].timeline.world.joints.rules] == [Bond(2e5, 1e6), Pull(2.0)]
+
+
+def test_mortar_sets_some_time_after_the_later_of_two_bricks_and_the_next_item_counts_until_then() -> None:
+    strong = "bond: {tension: 1 MPa, cohesion: 1 MPa, from: 2 d after placing}"
+    weak = "bond: {tension: 0 MPa, cohesion: 1 kPa}"
+    build = """
+build:
+  - bricks: [{name: base, on: ground}, {name: low, on: base}, {name: top, on: low, brick: plate}]
+    every: 6 h
+"""
+    cases, told = compiled(HEAD % f"{{{strong}}}, {{{weak}}}" + build)
+    assert told == []
+    timeline = cases[0].timeline
+    pairs = (("base", "ground"), ("base", "low"), ("low", "top"))
+    fresh, cured = Bond(0.0, 1e3), Bond(1e6, 1e6)
+    assert [timeline.world.joints.of(*pair) for pair in pairs] == [fresh, fresh, fresh]
+    changes = [action for action in timeline.actions if isinstance(action, JointsAction)]
+    assert [change.time / 3600.0 for change in changes] == [48.0, 54.0, 60.0]
+    assert [change.bricks for change in changes] == [("base",), ("low",), ("top",)]
+    for number, change in enumerate(changes, 1):
+        expected = [cured] * number + [fresh] * (3 - number)
+        assert [change.joints.of(*pair) for pair in pairs] == expected
+    assert timeline.final_world.joints == changes[-1].joints

@@ -176,6 +176,42 @@ def test_colours_that_tell_nothing_say_why_and_keep_the_state(undrawn: "Chrome",
     assert asked(page, "replay.colourOf('L1.1')") == state
 
 
+CORBEL = """
+    scenario: corbel
+    brick: {size: [200 mm, 100 mm, 50 mm], mass: 0.2 kg}
+    world: {walls: [{bearing: 180 deg, distance: 0 m}]}
+    joints: [{bond: {tension: 0.1 MPa, cohesion: 2 MPa}}]
+    build: [{bricks: [{at: [100 mm, 0 mm, 1 m], name: a}, {beside: a, name: b}, {beside: b, name: c}]}]
+    systems: [exact]
+    expect: [{stands: all}]
+"""
+
+
+def test_joints_have_the_colour_of_what_they_use_and_the_page_names_the_one_that_gives_way(
+    undrawn: "Chrome", tmp_path: Path
+) -> None:
+    page = show(undrawn, CORBEL, tmp_path)
+    wait_for(lambda: "Load factor 7.079; beyond it a, b, c tip over wall1" in text_of(page, "header"))
+    choose(page, "colour by", "joints")
+    wait_for(lambda: "joints at 7.079 times the weight" in text_of(page, ".legend"))
+    legend = dict(asked(page, LEGEND))
+    assert legend["a joint gives way first"] == 1  # that of a with the wall
+    assert sum(legend.values()) == 3
+    assert len({asked(page, f"replay.colourOf('{name}')") for name in "abc"}) >= 2
+    asked(page, "replay.pickNamed('a')")
+    wait_for(lambda: "gives way" in text_of(page, "aside"))
+    before = picture_of(page).tobytes()
+    press(page, "Joints")
+    settle(page)
+    assert picture_of(page).tobytes() != before
+
+
+def test_a_dry_run_offers_no_joints(undrawn: "Chrome", tmp_path: Path) -> None:
+    page = show(undrawn, PULLS, tmp_path)
+    assert asked(page, "[...document.querySelectorAll('button')].find(b => b.textContent === 'Joints').hidden")
+    assert asked(page, "[...document.querySelectorAll('option')].find(o => o.value === 'joints').hidden")
+
+
 def test_forces_are_those_of_the_selected_brick_and_the_bar_is_as_long_as_the_force_it_names(
     undrawn: "Chrome", falling: RunView, tmp_path: Path
 ) -> None:
