@@ -254,6 +254,10 @@ def _yielding_balance(problem: Problem, tolerances: Tolerances, solver: Solver) 
     return Balance(None, None, "; ".join(notes))
 
 
+SLOW = (1e-3, 1e-6)  # shares of the largest speed below which a brick is first taken as static
+ALIKE = 1e-6  # two load factors that differ by less are of one mechanism
+
+
 def _studded_balance(problem: Problem, tolerances: Tolerances) -> Balance | None:
     """Return the balance by the small programs of studded bricks; None if they prove nothing."""
     for vertical in (True, False):
@@ -288,9 +292,12 @@ def _halved_balance(problem: Problem, tolerances: Tolerances) -> Balance | None:
 
 
 def first_mechanism(problem: Problem, point: StudPoint) -> Motion | None:
-    """Return the motion, unproven, of those bricks alone that move in the mechanism of a point."""
-    alone = stud_point(problem.part(point.moving()), vertical=False)
-    return None if alone is None else alone.motion()
+    """Return a motion, unproven, of those bricks alone that move in the mechanism of a point; None if they do not."""
+    for quiet in SLOW:
+        alone = stud_point(problem.part(point.moving(quiet)), vertical=False, sparing=False)
+        if alone is not None and alone.share >= (1.0 - ALIKE) * point.share:
+            return alone.motion()
+    return None
 
 
 def falling_motion(

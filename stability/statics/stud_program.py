@@ -27,7 +27,7 @@ from stability.statics.wrench_matrix import grouped, wrench_array
 
 ACCURACY: Final = 1e-12  # requested
 LEVEL: Final = 0.999  # vertical part of the normal of a contact that bears vertical forces
-SMALL: Final = 0.01  # cost of forces along all joints at their bound, in units of the pull
+SMALL: Final = 0.01  # cost of forces along all joints as large as their pull or their bound
 MOVES: Final = 1e-6  # of the fastest speed: slower bricks are noise of the solver
 VERTICAL: Final = (2, 3, 4)  # components of velocity and spin, or of force and torque, with vertical forces
 WEAK: Final = 1e-6  # of the usual load: studs that hold less sideways count like this in the cost
@@ -142,20 +142,21 @@ class StudPoint:
             forces[points.held] += np.einsum("ij,ijk->ik", self._along[points.joint], points.along_W)
         return Forces(grouped(points.shapes, factor * forces))
 
-    def moving(self) -> list[BodyId]:
-        """Return the bricks that the first mechanism moves."""
-        return [self.names[i] for i in np.flatnonzero(self.speed > MOVES).tolist()]
+    def moving(self, quiet: float) -> list[BodyId]:
+        """Return the bricks that the first mechanism moves faster than this share of the fastest one."""
+        return [self.names[i] for i in np.flatnonzero(self.speed > quiet).tolist()]
 
     def motion(self) -> Motion:
         """Return the first mechanism."""
-        moving, values = np.flatnonzero(self.speed > MOVES).tolist(), self.velocity.tolist()
-        return Motion({self.names[i]: (tuple(values[i][:3]), tuple(values[i][3:])) for i in moving})
+        values = dict(zip(self.names, self.velocity.tolist(), strict=True))
+        return Motion({name: (tuple(values[name][:3]), tuple(values[name][3:])) for name in self.moving(MOVES)})
 
 
-def stud_point(problem: Problem, *, vertical: bool) -> StudPoint | None:
+def stud_point(problem: Problem, *, vertical: bool, sparing: bool = True) -> StudPoint | None:
     """Return the point of the program; None if it does not apply to a problem, or is not solved.
 
-    With `vertical`, forces are vertical.
+    With `vertical`, forces are vertical. Unless `sparing`, forces along the joints have no cost, and no joint slips in
+    the motion: with a cost it slips in proportion to its force.
     """
     if not all(contact.law.is_cone or _is_flat(contact, vertical) for contact in problem.contacts):
         return None
@@ -166,6 +167,8 @@ def stud_point(problem: Problem, *, vertical: bool) -> StudPoint | None:
     centres_W = np.array([problem.bricks[name].pose.position_W for name in names])
     points = _Points.of(problem, names, vertical=vertical)
     columns = _Columns.of(points, unit, vertical=vertical)
+    if not sparing:
+        columns.cost[:] = 0.0
     kept = np.array(VERTICAL if vertical else range(6))
     balance = np.concatenate([loads[:, :3], loads[:, 3:] / lengths[:, None]], axis=1)[:, kept].ravel() / unit
     program = _program(columns, columns.wrenches(centres_W, lengths)[:, :, kept], balance, len(points.dry))
@@ -270,7 +273,8 @@ class _Columns:
             on, at_W = [*on, *3 * [points.on]], [*at_W, *3 * [points.middle_W]]
             forces += [first[:, 0], first[:, 1], np.zeros((joints, 3))]
             torques += [points.reach[:, None] * points.normal_W]
-            stiff = SMALL / max(joints, 1) * np.square(unit / np.maximum(points.shear, WEAK * unit))
+            usual = np.minimum(points.shear, points.pull)  # a bound that is never reached would count as no cost
+            stiff = SMALL / max(joints, 1) * np.square(unit / np.maximum(usual, WEAK * unit))
             cost += [stiff / points.count, stiff / points.count, stiff]
         variables = sum(map(len, cost)) + 1
         number = np.minimum(np.arange(variables - 1 + joints), variables - 1)
