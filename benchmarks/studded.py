@@ -51,7 +51,7 @@ def drawn(draw: random.Random, count: int) -> list[UprightBox]:
     """Return bricks that are connected by their studs; the first one is on the base plate."""
     taken: set[tuple[int, int, int]] = set()
     placed: list[tuple[tuple[int, int, int], tuple[int, int]]] = []
-    boxes = []
+    boxes: list[UprightBox] = []
     while len(boxes) < count:
         part = draw.choice(PARTS)
         studs = part.studs if draw.random() < 0.5 else part.studs[::-1]  # noqa: PLR2004 -- a half

@@ -6,8 +6,8 @@ squares within their circles for a lower bound of the load factor, and unbounded
 to unbounded forces.
 
 The other one is the peer: the published score of StableLego (Liu et al., 2024), written anew as a linear program. It
-minimises the residuals of all bricks, a thousandth of the sum of the greatest pull on each brick, and a millionth of the
-sum of all pulls. A structure is stable if no residual is left and no point is pulled by its capacity or more. Products
+minimises the residuals of all bricks, a thousandth of the sum of the greatest pull on each brick, and a millionth of
+the sum of all pulls. A structure is stable if no residual is left and no point is pulled by its capacity or more. Products
 that exclude pull and pressure at one point are left out, since no optimum has both. Its points are three beside each
 stud of a brick that is two or more wide, and four of a narrower one; they press without bound, nothing else does.
 """
@@ -18,6 +18,7 @@ from itertools import product
 from math import inf, sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.sparse import coo_matrix, csc_matrix, hstack, identity, vstack
 
@@ -30,7 +31,7 @@ THREE = ((0.125, -0.125), (-0.25, 0.0), (0.125, 0.125))  # points beside a stud,
 FOUR = ((0.0, -0.25), (-0.25, 0.0), (0.0, 0.25), (0.25, 0.0))
 MOST_PULL_COST, PULL_COST = 1e-3, 1e-6
 
-Array = np.ndarray
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
