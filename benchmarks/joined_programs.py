@@ -1,9 +1,9 @@
 """Bounds the load factor of joined axis-aligned boxes by linear programs that share no code with the statics.
 
 Contacts are common rectangles of faces, computed from the extents of the boxes (`equilibrium_programs`). Forces at
-their corners push and rub; those of a joint act at points of its own, within n >= -tension and
-|t| <= min(cohesion + mu n, shear). Polygons replace the circles of friction: polygons inside the circles bound the load
-factor from below, and polygons around them bound it from above.
+their corners push and rub, and side faces of studded boxes push at half height; those of a joint act at points of its
+own, within n >= -tension and |t| <= min(cohesion + mu n, shear). Polygons replace the circles of friction: polygons
+inside the circles bound the load factor from below, and polygons around them bound it from above.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -97,9 +97,13 @@ def _load_factor(boxes: Sequence[UprightBox], friction: float, joint_of: JointOf
 
 def _forces(boxes: Sequence[UprightBox], touch: Touch, friction: float, joint_of: JointOf) -> Iterator[Force]:
     lower, upper, towards, corners = touch
+    joint = joint_of(lower, upper)
+    if joint is not None and joint.kind == "studs" and towards != AXES[2]:
+        for x, y in sorted({(corner[0], corner[1]) for corner in corners}):
+            yield (x, y, 0.5 * (min(c[2] for c in corners) + max(c[2] for c in corners))), 0.0, 0.0, 0.0, inf
+        return
     for corner in corners:
         yield corner, friction, 0.0, 0.0, inf
-    joint = joint_of(lower, upper)
     if joint is None:
         return
     match joint.kind, joint.numbers:
@@ -108,7 +112,7 @@ def _forces(boxes: Sequence[UprightBox], touch: Touch, friction: float, joint_of
                 yield corner, friction, force, friction * force, inf
         case "bond", strengths:
             yield from _of_bond(corners, friction, strengths)
-        case "studs", strengths if towards == AXES[2]:
+        case "studs", strengths:
             yield from _of_studs(corners, strengths)
 
 

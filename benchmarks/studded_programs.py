@@ -7,9 +7,10 @@ to unbounded forces.
 
 The other one is the peer: the published score of StableLego (Liu et al., 2024), written anew as a linear program. It
 minimises the residuals of all bricks, a thousandth of the sum of the greatest pull on each brick, and a millionth of
-the sum of all pulls. A structure is stable if no residual is left and no point is pulled by its capacity or more. Products
-that exclude pull and pressure at one point are left out, since no optimum has both. Its points are three beside each
-stud of a brick that is two or more wide, and four of a narrower one; they press without bound, nothing else does.
+the sum of all pulls. A structure is stable if no residual is left and no point is pulled by its capacity or more.
+Products that exclude pull and pressure at one point are left out, since no optimum has both. Its points are three
+beside each stud of a brick that is two or more wide, and four of a narrower one; these and side faces press without
+bound.
 """
 
 from collections.abc import Iterator, Sequence
