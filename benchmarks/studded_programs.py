@@ -27,6 +27,7 @@ from benchmarks.equilibrium_programs import GRAVITY, UP, Touch, UprightBox, cont
 
 PITCH = 0.008  # [m]
 OPTIMAL = 0
+MOST = 1e4  # a larger load factor is not computed
 RESIDUAL = 1e-6  # of the mean weight: what an interior solver leaves of zero
 THREE = ((0.125, -0.125), (-0.25, 0.0), (0.125, 0.125))  # points beside a stud, in units of the pitch
 FOUR = ((0.0, -0.25), (-0.25, 0.0), (0.0, 0.25), (0.25, 0.0))
@@ -70,7 +71,7 @@ class _Force:
 
 
 def load_factors(boxes: Sequence[UprightBox], strength: StudStrength) -> tuple[float, float]:
-    """Return a lower and an upper bound of the load factor. Raises ArithmeticError if no solver finds them."""
+    """Return a lower and an upper bound of the load factor; inf above `MOST`. Raises ArithmeticError if no solver finds them."""
     touches = contacts_of(boxes)
     low, high = (_largest(boxes, list(_forces(boxes, touches, strength, most))) for most in (strength.shear, inf))
     return low, high
@@ -136,17 +137,17 @@ def _weights(boxes: Sequence[UprightBox]) -> Array:
 
 
 def _largest(boxes: Sequence[UprightBox], forces: Sequence[_Force]) -> float:
-    """Return the largest factor of the weights that forces within their bounds balance."""
+    """Return the largest factor of the weights that forces within their bounds balance; inf above `MOST`."""
     loads = _weights(boxes)
     unit = -float(loads.sum()) / len(boxes)
     matrix = hstack([_matrix(boxes, forces), csc_matrix(loads[:, None] / unit)], format="csc")
     cost = np.zeros(matrix.shape[1])
     cost[-1] = -1.0
-    bounds = [(force.least / unit, force.most / unit) for force in forces] + [(0.0, None)]
-    for method in ("highs-ipm", "highs-ds"):
+    bounds = [(force.least / unit, force.most / unit) for force in forces] + [(0.0, MOST)]
+    for method in ("highs-ipm", "highs-ds", "highs"):
         solved = linprog(cost, A_eq=matrix, b_eq=np.zeros(len(loads)), bounds=bounds, method=method)
         if solved.status == OPTIMAL:
-            return float(solved.x[-1])
+            return inf if solved.x[-1] > 0.999 * MOST else float(solved.x[-1])
     raise ArithmeticError("the linear program was not solved")
 
 
