@@ -71,7 +71,10 @@ class _Force:
 
 
 def load_factors(boxes: Sequence[UprightBox], strength: StudStrength) -> tuple[float, float]:
-    """Return a lower and an upper bound of the load factor; inf above `MOST`. Raises ArithmeticError if no solver finds them."""
+    """Return a lower and an upper bound of the load factor; inf above `MOST`.
+
+    Raises ArithmeticError if no solver finds them.
+    """
     touches = contacts_of(boxes)
     low, high = (_largest(boxes, list(_forces(boxes, touches, strength, most))) for most in (strength.shear, inf))
     return low, high

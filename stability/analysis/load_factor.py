@@ -33,7 +33,7 @@ from stability.statics.equilibrium import (
 )
 from stability.statics.load_factor import central_forces, yielding
 from stability.statics.proof import check_forces, check_motion, power_of_joints
-from stability.statics.stud_program import HalvedJoints, StudPoint, stud_point
+from stability.statics.stud_program import HalvedJoints, StudPoint, stud_points
 from stability.statics.wrench_matrix import wrench_matrix
 
 Proof = TypeVar("Proof", Forces, Motion)
@@ -126,9 +126,8 @@ def _of_brittle(problem: Problem, growing: Mapping[BodyId, Wrench] | None, toler
 
 def _studded_factor(problem: Problem, tolerances: Tolerances) -> LoadFactor | None:
     """Return the load factor by the small programs of studded bricks; None unless they prove both bounds."""
-    for vertical in (True, False):
-        point = stud_point(problem, vertical=vertical)
-        found = None if point is None or not point.share > NONE else _by_studs(problem, point, tolerances)
+    for point in stud_points(problem):
+        found = _by_studs(problem, point, tolerances) if NONE < point.share < inf else None
         if found is not None:
             return found
     return _by_halves(problem, tolerances)

@@ -17,6 +17,7 @@ MOST_STEPS = 200  # of the interior-point method; 15 to 40 are usual
 # Rows. For larger programs refining each step's solution is a third of the work and gains less than later corrections.
 LARGE = 20_000
 SOLVED, NEARLY_SOLVED = "Solved", "AlmostSolved"
+INFEASIBLE = "Infeasible"  # part of the status of a program without a solution
 
 
 @dataclass(frozen=True, slots=True, eq=False)

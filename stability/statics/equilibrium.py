@@ -14,7 +14,7 @@ from stability.statics.conic_program import SOLVED, ConicProgram, Solver, clarab
 from stability.statics.load_factor import central_forces, yielding
 from stability.statics.proof import check_forces, check_motion, least_separating_speed
 from stability.statics.propagation import is_held_upright
-from stability.statics.stud_program import HalvedJoints, StudPoint, stud_point
+from stability.statics.stud_program import HalvedJoints, StudPoint, stud_point, stud_points
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
 # Separating motions: they open contacts strictly.
@@ -255,18 +255,18 @@ def _yielding_balance(problem: Problem, tolerances: Tolerances, solver: Solver) 
 
 
 SLOW = (1e-3, 1e-6)  # shares of the largest speed below which a brick is first taken as static
+MOST_SHARE = 1e6  # of the strength: a mechanism that is not held by so much counts as not held at all
 ALIKE = 1e-6  # two load factors that differ by less are of one mechanism
 
 
 def _studded_balance(problem: Problem, tolerances: Tolerances) -> Balance | None:
     """Return the balance by the small programs of studded bricks; None if they prove nothing."""
-    for vertical in (True, False):
-        point = stud_point(problem, vertical=vertical)
-        if point is None:
+    for point in stud_points(problem):
+        if point.share <= 1.0:
+            forces = point.forces()
+            if check_forces(problem, forces, tolerances).holds:
+                return Balance(forces, None, "", frictionless=True)
             continue
-        forces = point.forces() if point.share <= 1.0 else None
-        if forces is not None and check_forces(problem, forces, tolerances).holds:
-            return Balance(forces, None, "", frictionless=True)
         motion = first_mechanism(problem, point)
         if motion is not None and check_motion(problem, motion, tolerances).holds:
             return Balance(None, motion, "")
@@ -295,7 +295,7 @@ def first_mechanism(problem: Problem, point: StudPoint) -> Motion | None:
     """Return a motion, unproven, of those bricks alone that move in the mechanism of a point; None if they do not."""
     for quiet in SLOW:
         alone = stud_point(problem.part(point.moving(quiet)), vertical=False, sparing=False)
-        if alone is not None and alone.share >= (1.0 - ALIKE) * point.share:
+        if alone is not None and alone.share >= (1.0 - ALIKE) * min(point.share, MOST_SHARE):
             return alone.motion()
     return None
 

@@ -10,9 +10,10 @@ much as any others. Forces along the contacts are as small as possible, since th
 bounds, and friction in a motion, are left to the checks of `proof`.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import inf
 from typing import Final
 
 import numpy as np
@@ -22,7 +23,7 @@ from stability.geometry.rows import Array, Indices, cross_rows
 from stability.geometry.vectors import scale
 from stability.model import BodyId, Vec3
 from stability.problem import Contact, Forces, Motion, Problem
-from stability.statics.conic_program import ConicProgram, quick_solve, solve
+from stability.statics.conic_program import INFEASIBLE, ConicProgram, quick_solve, solve
 from stability.statics.wrench_matrix import grouped, wrench_array
 
 ACCURACY: Final = 1e-12  # requested
@@ -124,7 +125,7 @@ class _Points:
 class StudPoint:
     """Point of a solver, unproven."""
 
-    share: float  # of the pull of all studs: the inverse of the load factor
+    share: float  # of the pull of all studs: the inverse of the load factor; inf if no pull is enough
     names: tuple[BodyId, ...]
     velocity: Array  # (bricks, 6) of the first mechanism [1/m, 1]; with vertical forces only its components `VERTICAL`
     speed: Array  # (bricks,) relative to the fastest brick
@@ -150,6 +151,14 @@ class StudPoint:
         """Return the first mechanism."""
         values = dict(zip(self.names, self.velocity.tolist(), strict=True))
         return Motion({name: (tuple(values[name][:3]), tuple(values[name][3:])) for name in self.moving(MOVES)})
+
+
+def stud_points(problem: Problem) -> Iterator[StudPoint]:
+    """Yield the points of the programs from the fastest one to that with the largest load factor."""
+    for vertical, sparing in ((True, True), (False, True), (False, False)):
+        point = stud_point(problem, vertical=vertical, sparing=sparing)
+        if point is not None:
+            yield point
 
 
 def stud_point(problem: Problem, *, vertical: bool, sparing: bool = True) -> StudPoint | None:
@@ -182,7 +191,7 @@ def stud_point(problem: Problem, *, vertical: bool, sparing: bool = True) -> Stu
     velocity[:, 3:] /= lengths[:, None]
     pressed, along = np.maximum(point.x[: len(points.dry)], 0.0), point.x[len(points.dry) : -1]
     return StudPoint(
-        float(point.x[-1]),
+        inf if INFEASIBLE in point.status else float(point.x[-1]),
         names,
         velocity / fastest,
         speed / fastest,
