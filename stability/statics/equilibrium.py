@@ -293,8 +293,10 @@ def _halved_balance(problem: Problem, tolerances: Tolerances) -> Balance | None:
 
 def first_mechanism(problem: Problem, point: StudPoint) -> Motion | None:
     """Return a motion, unproven, of those bricks alone that move in the mechanism of a point; None if they do not."""
-    for quiet in SLOW:
-        alone = stud_point(problem.part(point.moving(quiet)), vertical=False, sparing=False)
+    if point.is_whole:
+        return point.motion()
+    for moving in dict.fromkeys(tuple(point.moving(quiet)) for quiet in SLOW):
+        alone = stud_point(problem.part(moving), vertical=False, sparing=False)
         if alone is not None and alone.share >= (1.0 - ALIKE) * min(point.share, MOST_SHARE):
             return alone.motion()
     return None

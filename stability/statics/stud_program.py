@@ -129,6 +129,7 @@ class StudPoint:
     names: tuple[BodyId, ...]
     velocity: Array  # (bricks, 6) of the first mechanism [1/m, 1]; with vertical forces only its components `VERTICAL`
     speed: Array  # (bricks,) relative to the fastest brick
+    is_whole: bool  # the velocity has all components, and no joint slips
     _points: _Points
     _pressed: Array  # (dry points,) [N]
     _along: Array  # (joints, 3) [N]; empty for vertical forces
@@ -154,8 +155,8 @@ class StudPoint:
 
 
 def stud_points(problem: Problem) -> Iterator[StudPoint]:
-    """Yield the points of the programs from the fastest one to that with the largest load factor."""
-    for vertical, sparing in ((True, True), (False, True), (False, False)):
+    """Yield the points of the programs, the fastest first; the last one is for studs that hold little sideways."""
+    for vertical, sparing in ((True, False), (False, False), (False, True)):
         point = stud_point(problem, vertical=vertical, sparing=sparing)
         if point is not None:
             yield point
@@ -195,6 +196,7 @@ def stud_point(problem: Problem, *, vertical: bool, sparing: bool = True) -> Stu
         names,
         velocity / fastest,
         speed / fastest,
+        not (vertical or sparing),
         points,
         unit * pressed,
         unit * along.reshape(3, -1).T,
