@@ -155,8 +155,8 @@ class StudPoint:
 
 
 def stud_points(problem: Problem) -> Iterator[StudPoint]:
-    """Yield the points of the programs, the fastest first; the last one is for studs that hold little sideways."""
-    for vertical, sparing in ((True, False), (False, False), (False, True)):
+    """Yield the points of the programs: with the fewest forces first, and that with the largest load factor last."""
+    for vertical, sparing in ((True, True), (False, True), (False, False)):
         point = stud_point(problem, vertical=vertical, sparing=sparing)
         if point is not None:
             yield point
