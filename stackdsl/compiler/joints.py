@@ -303,8 +303,6 @@ def _unjudged(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report systems, actions and margins that joined bricks do not have."""
     for system in (system for system in scenario.systems if system != SYSTEM):
         yield _refused(source, ("systems",), f"the system '{system}' plays no joints", "it")
-    if scenario.world.shake is not None:
-        yield _refused(source, ("world", "shake"), "shaking is not played", "`shake`")
     yield from _unplayed_actions(scenario, source)
     yield from _unjudged_claims(scenario, source)
 
@@ -313,10 +311,6 @@ def _unplayed_actions(scenario: Scenario, source: Source) -> Iterator[Diagnostic
     for number, step in enumerate(scenario.build):
         if step.place is not None:
             yield _refused(source, ("build", number, "place"), "hands are not played", "`place`")
-        for index, brick in enumerate(step.bricks or ()):
-            if brick.drop:
-                path = ("build", number, "bricks", index, "drop")
-                yield _refused(source, path, "drops are not played", "`drop`")
     for number, impact in enumerate(scenario.impacts):
         if impact.kind not in IMPACTS:
             yield _refused(source, ("impacts", number, impact.kind), f"the impact `{impact.kind}` is not played", "it")

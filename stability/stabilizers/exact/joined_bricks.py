@@ -9,10 +9,10 @@ import numpy as np
 from stability.engines.protocol import Engine, MeanLoads, WeldingEngine
 from stability.geometry.placed_shape import inertia_about_axes
 from stability.geometry.rows import cross_rows
-from stability.geometry.vectors import body_axes
+from stability.geometry.vectors import add, body_axes, scale
 from stability.graph import components, reached
 from stability.joints import JointRule, Joints
-from stability.model import BodyId, BodyState
+from stability.model import AT_REST, BodyId, BodyState, Vec3
 from stability.problem import Motion, Placed, Problem, Wrench
 from stability.stabilizers.protocol import BrickObserver
 from stability.statics.assembly import Assembly
@@ -246,8 +246,11 @@ class JoinedBricks(BrickObserver):
         opening = [(body, body.opens_under(means, states[body.names[0]])) for body in bodies]
         return [(body, pairs) for body, pairs in opening if pairs]
 
-    def overloads(self, means: MeanLoads, assembly: Assembly) -> list[Overload]:
-        """Return the frozen structures with joints that do not bear mean contact loads in addition to their weight."""
+    def overloads(self, means: MeanLoads, assembly: Assembly, ground_W: Vec3 = AT_REST) -> list[Overload]:
+        """Return the frozen structures with joints that do not bear mean loads in addition to their weight.
+
+        On ground that accelerates [m/s2] the inertia of their bricks is added.
+        """
         loads: dict[BodyId, tuple[_Structure, dict[BodyId, Wrench]]] = {}
         for name, (a, b, c, d, e, f) in means.items():
             if name in assembly.bricks and (structure := self._structure(name, assembly)).borne is not None:
@@ -255,8 +258,12 @@ class JoinedBricks(BrickObserver):
                 on_bricks[name] = Wrench((a, b, c), (d, e, f))
         overloads = []
         for structure, on_bricks in loads.values():
+            if ground_W != AT_REST:
+                _add_inertia(on_bricks, structure.bricks, assembly, ground_W)
             if structure.borne is not None and (motion := structure.borne.yields_under(on_bricks)) is not None:
-                overloads.append(Overload(structure.borne.problem, motion, tuple(sorted(on_bricks))))
+                overloads.append(
+                    Overload(structure.borne.problem, motion, tuple(sorted(means.keys() & on_bricks.keys())))
+                )
         return overloads
 
     def is_in_structure(self, brick: BodyId, assembly: Assembly) -> bool:
@@ -305,6 +312,13 @@ class _Structure:
 
     bricks: frozenset[BodyId]
     borne: BorneLoads | None  # None without joints
+
+
+def _add_inertia(loads: dict[BodyId, Wrench], bricks: Collection[BodyId], assembly: Assembly, ground_W: Vec3) -> None:
+    for name in bricks:
+        own = loads.get(name, Wrench(AT_REST))
+        inertia_W = scale(-assembly.bricks[name].brick.mass, ground_W)
+        loads[name] = Wrench(add(own.force_W, inertia_W), own.torque_W)
 
 
 def _touched(assembly: Assembly, brick: BodyId) -> list[BodyId]:

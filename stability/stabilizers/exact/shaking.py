@@ -13,9 +13,10 @@ from typing import NamedTuple
 
 from stability.dynamics.ground_motion import GroundMotion
 from stability.engines.protocol import Engine
+from stability.geometry.vectors import scale
 from stability.graph import components
-from stability.model import BodyId
-from stability.problem import Placed, Tolerances
+from stability.model import AT_REST, BodyId, Vec3
+from stability.problem import Placed, Tolerances, rounded
 from stability.statics.assembly import Assembly
 
 ROUNDING = 1e-9  # [s] of clocks, which are sums of steps
@@ -44,12 +45,18 @@ class HeldPart(NamedTuple):
 
 def proven_range(assembly: Assembly, bricks: frozenset[BodyId], motion: GroundMotion) -> Bounds:
     """Prove the range of ground accelerations that connected bricks, proven to stand, withstand along a motion."""
-    from stability.analysis.acceleration_cut import heading, shaken  # noqa: PLC0415 -- slow to import
+    from stability.analysis.acceleration_cut import heading, shaken, weights_of  # noqa: PLC0415 -- slow to import
+    from stability.analysis.joined_acceleration import joined_along  # noqa: PLC0415 -- likewise
 
-    case = shaken(assembly.problem(bricks), assembly.gravity, Tolerances())
+    problem = assembly.problem(bricks)
+    along = atan2(motion.direction_W[1], motion.direction_W[0])
+    if problem.has_joints:
+        weights, tolerances = weights_of(problem, assembly.gravity), rounded(problem, Tolerances())
+        ends = [joined_along(problem, weights, angle, tolerances)[0] for angle in (along, along + pi)]
+        return Bounds(-assembly.gravity * ends[0], assembly.gravity * ends[1])
+    case = shaken(problem, assembly.gravity, Tolerances())
     if case is None:
         return Bounds(0.0, 0.0)
-    along = atan2(motion.direction_W[1], motion.direction_W[0])
     # The inertial acceleration is opposite to that of the ground.
     least, most = (assembly.gravity * heading(case, angle).reach for angle in (along, along + pi))
     return Bounds(-least, most)
@@ -73,6 +80,13 @@ class Shaking:
     def shakes(self) -> bool:
         """True while the ground shakes."""
         return self._motion is not None and self.engine.time() < self._motion.ends
+
+    def acceleration_W(self) -> Vec3:
+        """Return the acceleration of the ground now [m/s2]."""
+        if self._motion is None or not self.shakes:
+            return AT_REST
+        since = max(0.0, self.engine.time() - self._motion.begins)
+        return scale(self._motion.course.acceleration(since), self._motion.direction_W)
 
     def has_just_ended(self) -> bool:
         """Return whether the ground has come to rest since the last call."""

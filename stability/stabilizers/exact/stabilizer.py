@@ -23,13 +23,16 @@ from stability.stabilizers.exact.candidates import (
 )
 from stability.stabilizers.exact.hits import Disturbance, Disturbances, UnionContainer, hit_by_bricks, is_level
 from stability.stabilizers.exact.joined_bricks import JoinedBricks, Overload
-from stability.stabilizers.exact.shaking import ROUNDING, Shaking
+from stability.stabilizers.exact.shaking import ROUNDING, HeldPart, Shaking
 from stability.stabilizers.exact.woken_region import DeadLoads, RigidGroups, region, wake
 from stability.stabilizers.held_bodies import HeldBodies, gravity_of
 from stability.stabilizers.protocol import Observers, Stabilizer, Update
 from stability.stabilizers.rest import LimitsBySize, RestLimits
 from stability.statics.assembly import Assembly
 from stability.statics.opened_joints import Pair, held_pairs
+
+# Factors on an acceleration of the ground at the end of what joined bricks are proven to bear, until they yield.
+BEYOND = (1.0, 1.0001, 1.001, 1.01)
 
 # Judgement of the frozen bricks after the caller has moved, pushed or removed some, or changed the fixed bodies.
 
@@ -263,7 +266,8 @@ class ProvenStability(Stabilizer):
         if not self.joints.rules or self.recorder is None:
             return None
         means = self.recorder.mean_loads()
-        opening, overloads = self._joined.opening(means), self._joined.overloads(means, self.assembly)
+        opening = self._joined.opening(means)
+        overloads = self._joined.overloads(means, self.assembly, self._shaking.acceleration_W())
         if not opening and not overloads:
             return None
         by = {name for name in self._awake.names if name in means}
@@ -274,15 +278,18 @@ class ProvenStability(Stabilizer):
         self._joined.weld()
         return replace(update, opened=update.opened.union(*(pairs for _, pairs in opening)))
 
-    def _wake_overloaded(self, overloads: Sequence[Overload], by: tuple[BodyId, ...] = ()) -> Update:
-        """Wake the frozen bricks that loads move."""
+    def _wake_overloaded(
+        self, overloads: Sequence[Overload], by: tuple[BodyId, ...] = (), *, returns: bool = True
+    ) -> Update:
+        """Wake the frozen bricks that loads move; if they hardly move, they may return to their places."""
         update = Update()
         for overload in overloads:
             moving, held = overload.moving, held_pairs(overload.problem, overload.motion)
             requested = {brick: self.assembly.bricks[brick].pose for brick in moving}
             judgement = release_until_stable(self.assembly, self.assembly.remove(moving))
             poses = {**requested, **judgement.released}
-            self._awake.rest_poses.remember(poses, set(overload.loaded) & poses.keys())
+            if returns:
+                self._awake.rest_poses.remember(poses, set(overload.loaded) & poses.keys())
             self._wake(sorted(poses))
             self._release_joined(poses, judgement.held | held)
             reason = f"the load on {names_text(overload.loaded)} is more than the joints and contacts bear"
@@ -423,9 +430,25 @@ class ProvenStability(Stabilizer):
         shaken = [held for held in self._shaking.held_parts(self.assembly) if held.until <= now + ROUNDING]
         if not shaken:
             return update
-        woken = tuple(brick for held in shaken for brick in self.wake(held.bricks))
-        reasons = dict.fromkeys(filter(None, (update.reason, *(held.reason for held in shaken))))
-        return replace(update, woken=(*update.woken, *woken), reason="; ".join(reasons), by=())
+        for held in shaken:
+            joined = (
+                self._wake_joined_parts(held) if self._joined.is_in_structure(min(held.bricks), self.assembly) else None
+            )
+            own = joined or Update((), self.wake(held.bricks))
+            reasons = dict.fromkeys(filter(None, (update.reason, held.reason)))
+            woken, opened = (*update.woken, *own.woken), update.opened | own.opened
+            update = replace(update, woken=woken, reason="; ".join(reasons), by=(), opened=opened)
+        return update
+
+    def _wake_joined_parts(self, held: HeldPart) -> Update | None:
+        """Wake only those joined bricks that the acceleration of the ground moves; None if these are not known."""
+        x, y, z = self._shaking.acceleration_W()
+        nothing = dict.fromkeys(held.bricks, (0.0,) * 6)
+        for factor in BEYOND:
+            ground_W = (factor * x, factor * y, factor * z)
+            if overloads := self._joined.overloads(nothing, self.assembly, ground_W):
+                return self._wake_overloaded(overloads, returns=False)
+        return None
 
     # --- merging islands ----------------------------------------------------------------------------------------------
 

@@ -104,7 +104,6 @@ def test_mistakes_in_joints_are_told_with_their_place(joints: str, code: str, pl
     ("rest", "message"),
     [
         ("systems: [exact, tuned]\n", "not everything is played with joints: the system 'tuned' plays no joints"),
-        ("world: {shake: {acceleration: 3 m/s2, frequency: 2 Hz, for: 1 s}}\n", "shaking is not played"),
         ("impacts: [{hold: {brick: low, for: 1 s}}]\n", "the impact `hold` is not played"),
         ("expect: [{verdict: guaranteed}]\n", "the margin `guaranteed` is not computed for bricks with joints"),
         (

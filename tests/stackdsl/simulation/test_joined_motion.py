@@ -288,3 +288,63 @@ def test_the_rest_of_a_body_stays_one_body_after_a_joint_opens() -> None:
     _, recording = played(row)
     for brick, start, speed in (("a", 0.0, 0.0), ("b", 0.1, 0.5), ("c", 0.2, 0.5)):
         assert place(recording, brick, 0.3)[0] == pytest.approx(start + speed * 0.25, abs=1e-6)
+
+
+# --- shaking ground and drops -----------------------------------------------------------------------------------------
+
+SHAKEN = """
+scenario: shaken
+brick_types:
+  stone: {{size: [200 mm, 200 mm, {height} mm], mass: {mass} kg}}
+brick: stone
+{joints}
+build:
+  - column: {{levels: {levels}, step: 0 mm}}
+world: {{shake: {{acceleration: {acceleration} m/s2, frequency: 1 Hz, for: 1 s, at: 1 s}}}}
+watch: 1 s
+expect: [{{stands: all}}]
+"""
+
+
+def test_the_base_of_a_mortared_pier_opens_beyond_the_acceleration_that_it_bears() -> None:
+    tension = 2000.0
+    bears = (0.5 * tension * BASE**3 + 0.5 * MASS * G * BASE) / (0.5 * MASS * HEIGHT)
+    joints = f"joints: [{{bond: {{tension: {tension} Pa, cohesion: 1 MPa}}}}]"
+    for share, opens in ((0.999, False), (1.001, True)):
+        shaken = SHAKEN.format(height=100, mass=MASS / 6, joints=joints, levels=6, acceleration=share * bears)
+        trace, _ = played(shaken)
+        reasons = [event.reason for event in trace.events if event.kind is EventKind.OPENED]
+        assert any("L1.1 and ground" in reason for reason in reasons) == opens
+        assert ("L1.1" in woken(trace)) == opens
+
+
+def test_a_joined_pier_on_shaking_ground_rocks_as_one_block() -> None:
+    strong = f"joints: [{{{ON_DRY_GROUND}}}]"
+    _, joined = played(SHAKEN.format(height=100, mass=MASS / 6, joints=strong, levels=6, acceleration=4.0))
+    _, one = played(SHAKEN.format(height=600, mass=MASS, joints="", levels=1, acceleration=4.0))
+    names = [f"L{level}.1" for level in range(1, 7)]
+    for time in (1.4, 1.8, 2.0):
+        shift = place(one, "L1.1", time) - (0.0, 0.0, 0.5 * HEIGHT)
+        assert np.linalg.norm(shift) > 0.01
+        apart = mean_place(joined, names, time) - place(one, "L1.1", time)
+        assert np.linalg.norm(apart) < 3e-3 * np.linalg.norm(shift)
+
+
+def test_a_dropped_brick_has_no_joint_where_it_lands() -> None:
+    # Where it lands it overhangs: glue would hold it, and without glue it tips over.
+    text = """
+scenario: dropped
+brick_types:
+  block: {size: [100 mm, 40 mm, 40 mm], mass: 0.2 kg}
+brick: block
+joints: [{bond: {tension: 1 MPa, cohesion: 10 MPa}}]
+build:
+  - bricks: [{at: [0 mm, 0 mm, 20 mm], name: a}, {at: [0 mm, 0 mm, 60 mm], name: b}]
+    every: 1 s
+  - bricks: [{at: [60 mm, 0 mm, 110 mm], name: c, drop: true}]
+watch: 1 s
+expect: [{stands: all}]
+"""
+    for written, falls in ((text, True), (text.replace("110 mm], name: c, drop: true", "100 mm], name: c"), False)):
+        _, recording = played(written)
+        assert (place(recording, "c", 3.0)[2] < 0.06) == falls
