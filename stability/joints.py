@@ -6,7 +6,7 @@ joint. The bounds are those of limit analysis: a joint that yields keeps its for
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from itertools import pairwise
 from math import hypot, inf
 from typing import Final, Self
@@ -126,6 +126,7 @@ class Studs(Joint):
     pull: float  # [N] of one stud
     shear: float  # [N] of one stud, in any direction
     narrow_pull: float | None = None  # [N] of one stud under a brick that is one stud wide; None if it is `pull`
+    smooth: frozenset[BodyId] = field(default=frozenset(), kw_only=True)  # boxes without studs on their upper faces
 
     def points(self, contact: Contact, bodies: Sequence[Placed]) -> Iterator[tuple[Vec3, ContactLaw]]:
         """Yield four points of each stud, a quarter of the pitch beside its centre, which share its strength.
@@ -134,10 +135,13 @@ class Studs(Joint):
         """
         normal_W = contact.normals_W[0]
         grids = [grid for placed in bodies if (grid := _Grid.of(placed, self.pitch, normal_W))]
-        if not grids or len(grids) < len(bodies):
+        point_up = [_points_up(placed, normal_W) for placed in bodies]
+        if not grids or len(grids) < len(bodies) or len(set(point_up)) > 1:
+            return
+        if len(bodies) == PAIR and (bodies[1] if point_up[0] else bodies[0]).brick.id in self.smooth:
             return
         upper, *below = grids
-        gripping = upper if _points_up(bodies[0], normal_W) else grids[-1]
+        gripping = upper if point_up[0] else grids[-1]
         is_narrow = self.narrow_pull is not None and min(gripping.counts) == 1
         pull = self.narrow_pull if is_narrow and self.narrow_pull is not None else self.pull
         law = MohrCoulomb(0.0, pull / 4.0, self.shear / 4.0)
@@ -364,7 +368,7 @@ def admit_joints(joints: object) -> None:
         if rule.joint is not None:
             for each in fields(rule.joint):
                 number = getattr(rule.joint, each.name)
-                if not (each.name == "narrow_pull" and number is None) and each.name != "brittle":
+                if not (each.name == "narrow_pull" and number is None) and each.name not in {"brittle", "smooth"}:
                     _admit(rule.joint, each.name, number)
 
 

@@ -26,7 +26,7 @@ def export_command(context: click.Context, file: Path, keyword: str) -> None:
     if any(other.variant is not case.variant for other in selected):
         tell(f"exporting {case.name}, the first of {len(selected)}; choose another with -k")
     bricks = [
-        LdrawBrick(brick.name, brick.written.shape, brick.written.pose, brick.level)
+        LdrawBrick(brick.name, brick.written.shape, brick.written.pose, brick.level, brick.written.kind.smooth)
         for brick in resolved_bricks(case.scenario, tuple(planes_of(case.scenario)))
         if not brick.written.inserted
     ]

@@ -354,6 +354,9 @@ def _off_studs(bricks: Sequence[ResolvedBrick], results: Sequence[Fit]) -> Itera
         studs = brick.written.kind.studs
         others = (*fit.on_boxes, *fit.beside_boxes) if studs is not None else ()
         for number in (number for number in others if number < index and bricks[number].written.kind.studs == studs):
+            lower = min(index, number, key=lambda each: placed[each].pose.position_W[2])
+            if bricks[lower].written.kind.smooth:
+                continue
             if studs is not None and not studs_meet(placed[index], placed[number], studs.pitch):
                 message = f"brick '{brick.name}' is off the studs of brick '{bricks[number].name}'"
                 hint = f"move it onto the grid of {mm(studs.pitch)}, as `stud` does, or remove `studs` from one of both"

@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Final
 
@@ -151,9 +151,10 @@ def _of_studs(built: ResolvedScenario, scenario: Scenario) -> Iterator[_TimedRul
     for brick in built.bricks:
         if brick.written.kind.studs is not None:
             bodies[brick.written.kind.studs].add(brick.name)
+    smooth = frozenset(brick.name for brick in built.bricks if brick.written.kind.smooth)
     for studs, names in bodies.items():
         together = frozenset(names | ({GROUND} if scenario.world.ground.studs == studs else set()))
-        yield _TimedRule(_studs(studs), (together, together))
+        yield _TimedRule(replace(_studs(studs), smooth=smooth & together), (together, together))
 
 
 def _studs(grid: StudGrid) -> Studs:

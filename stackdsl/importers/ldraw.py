@@ -229,6 +229,7 @@ class LdrawBrick:
     shape: ConvexShape
     pose: Pose
     level: int
+    smooth: bool = False  # whether it has no studs on top
 
     @property
     def kind(self) -> str | None:
@@ -236,7 +237,8 @@ class LdrawBrick:
         box = box_of(self.shape)
         if box is None:
             return None
-        same = (kind for kind, part in LEGO.items() if all(map(isclose, part.size, box[0].size)))
+        parts = ((kind, part) for kind, part in LEGO.items() if part.smooth is self.smooth)
+        same = (kind for kind, part in parts if all(map(isclose, part.size, box[0].size)))
         return next(same, None)
 
 

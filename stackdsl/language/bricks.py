@@ -50,6 +50,7 @@ class CatalogueBrick:
     size: Vec3  # length, width, thickness; lying flat [m]
     density: float  # [kg/m3]
     studs: StudGrid | None = None
+    smooth: bool = False  # whether it has no studs on top
 
 
 PINE: Final = 557.0  # [kg/m3], of a KAPLA plank of nominal size and 11.9 g
@@ -59,7 +60,10 @@ CATALOGUE: Final[Mapping[str, CatalogueBrick]] = {
     # Sides of exactly 1:3:15, the plank of the published method. Density of the same wood, rather than the same mass:
     # a density common to all bricks does not change the behaviour of a structure.
     "kapla-ideal": CatalogueBrick((0.120, 0.024, 0.008), PINE),
-    **{name: CatalogueBrick(part.size, float(part.mass) / prod(part.size), LEGO_STUDS) for name, part in LEGO.items()},
+    **{
+        name: CatalogueBrick(part.size, float(part.mass) / prod(part.size), LEGO_STUDS, part.smooth)
+        for name, part in LEGO.items()
+    },
 }
 
 
@@ -338,6 +342,9 @@ class BrickKind(Shorthand, ExactlyOneKey):
     studs: StudGrid | None = Field(
         None, description="studs of the brick, which hold it to bricks and ground with the same studs; default: none"
     )
+    smooth: t.Flag = Field(
+        False, description="whether the brick has no studs on top, as a tile, which `studs` hold below"
+    )
     _form: Form = PrivateAttr()
     _kind_name: str = PrivateAttr("")
 
@@ -364,7 +371,9 @@ class BrickKind(Shorthand, ExactlyOneKey):
             return known[name]
         if name in CATALOGUE:
             bought = CATALOGUE[name]
-            made = cls.model_construct(size=bought.size, density=bought.density, studs=bought.studs)
+            made = cls.model_construct(
+                size=bought.size, density=bought.density, studs=bought.studs, smooth=bought.smooth
+            )
             made._form, made._kind_name = box_form(bought.size), name
             return made
         message = f"there is no brick {shown(scalar)} in the catalogue or under `brick_types`"
@@ -446,6 +455,8 @@ class BrickKind(Shorthand, ExactlyOneKey):
     def _studs_fill_the_box(self) -> Self:
         """Reject studs on other solids than boxes, and boxes between two sizes in studs."""
         if self.studs is None:
+            if self.smooth:
+                raise InputError("SD102", "`smooth` applies only with `studs`, which are missing", "add `studs: lego`")
             return self
         if self.size is None:
             message = "`studs` needs a box, and this brick is another solid"

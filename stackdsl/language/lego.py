@@ -19,12 +19,13 @@ PLATES: Final = 3  # in the height of a brick
 
 @dataclass(frozen=True, slots=True)
 class LegoPart:
-    """A brick or a plate."""
+    """A brick, a plate, or a tile, which is a plate without studs on top."""
 
     studs: tuple[int, int]  # length and width
     plates: int  # of height
     mass: Fraction  # [kg]
     ldraw: tuple[str, ...]  # its numbers without `.dat`; the first one is written
+    smooth: bool = False  # whether it has no studs on top
 
     @property
     def exact_size(self) -> tuple[Fraction, Fraction, Fraction]:
@@ -38,9 +39,9 @@ class LegoPart:
         return length, width, height
 
 
-# Masses of bricks [g] from the library of StableLego (Liu et al., 2024); those of 1x3, 2x3 and of plates as weighed for
-# BrickMesh (Dornbach, 2016). A plate of 1x2 is interpolated between 1x1 and 1x3, since the weighed one is of another
-# mould, and a brick of 2x8 extrapolated from 2x4 and 2x6.
+# Masses of bricks [g] from the library of StableLego (Liu et al., 2024); those of 1x3, 2x3, of plates and of tiles as
+# weighed for BrickMesh (Dornbach, 2016). A plate of 1x2 is interpolated between 1x1 and 1x3, since the weighed one is
+# of another mould, and a brick of 2x8 extrapolated from 2x4 and 2x6.
 _BRICKS: Final = (
     ((1, 1), 0.43, ("3005",)),
     ((2, 1), 0.81, ("3004",)),
@@ -70,16 +71,26 @@ _PLATES: Final = (
     ((6, 4), 3.28, ("3032",)),
     ((8, 4), 4.27, ("3035",)),
 )
+_TILES: Final = (
+    ((1, 1), 0.144, ("3070b", "3070a", "3070")),
+    ((2, 1), 0.25, ("3069b", "3069a", "3069")),
+    ((3, 1), 0.405, ("63864",)),
+    ((4, 1), 0.535, ("2431",)),
+    ((6, 1), 0.775, ("6636",)),
+    ((8, 1), 1.05, ("4162",)),
+    ((2, 2), 0.49, ("3068b", "3068a", "3068")),
+    ((4, 2), 0.93, ("87079",)),
+)
 
 # By name; the smaller number of studs comes first in a name, as in shops.
 LEGO: Final[Mapping[str, LegoPart]] = {
-    f"{prefix}{width}x{length}": LegoPart((length, width), plates, Fraction(repr(grams)) / 1000, ldraw)
-    for prefix, plates, parts in (("lego_", PLATES, _BRICKS), ("lego_plate_", 1, _PLATES))
+    f"{prefix}{width}x{length}": LegoPart((length, width), plates, Fraction(repr(grams)) / 1000, ldraw, parts is _TILES)
+    for prefix, plates, parts in (("lego_", PLATES, _BRICKS), ("lego_plate_", 1, _PLATES), ("lego_tile_", 1, _TILES))
     for (length, width), grams, ldraw in parts
 }
 
 _SIZE: Final = re.compile(
-    r"(?:lego)?[-_ ]?(?:brick)?(?P<plate>plate)?[-_ ]?(?P<one>\d{1,2})\s?x\s?(?P<other>\d{1,2})", re.IGNORECASE
+    r"(?:lego)?[-_ ]?(?:brick)?(?P<form>plate|tile)?[-_ ]?(?P<one>\d{1,2})\s?x\s?(?P<other>\d{1,2})", re.IGNORECASE
 )
 
 
@@ -88,7 +99,7 @@ def meant_lego(text: str) -> str:
     match = _SIZE.fullmatch(text.strip())
     if match is None:
         return ""
-    prefix = "lego_plate_" if match["plate"] else "lego_"
+    prefix = f"lego_{match['form'].lower()}_" if match["form"] else "lego_"
     one, other = sorted((int(match["one"]), int(match["other"])))
     if f"{prefix}{one}x{other}" in LEGO:
         return f"did you mean '{prefix}{one}x{other}'?"

@@ -5,6 +5,7 @@ import pytest
 from stability.geometry.vectors import body_axes
 from stability.joints import Studs
 from stability.model import Vec3
+from stability.problem import Placed
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.timeline import FixedWorld, Timeline
 from tests.scenes import compiled
@@ -70,6 +71,16 @@ def test_own_studs_are_written_on_the_kind_of_brick_and_joints_overrule_them() -
     joints = world(bricks, scene.replace("%s", own, 1)).joints
     pairs = [("a", "b"), ("b", "c"), ("a", "ground")]
     assert [joints.of(*pair) for pair in pairs] == [None, Studs(0.016, 3.0, 50.0), Studs(0.016, 3.0, 50.0)]
+
+
+def test_a_tile_grips_the_brick_below_and_has_no_studs_for_the_one_above() -> None:
+    bricks = "{name: a, stud: [0, 0, 0]}, {name: t, stud: [0, 0, 1 brick], brick: lego_tile_2x4}, "
+    bricks += "{name: b, on: t, offset: [3 mm, 0 mm, 0 mm]}"
+    scene = SCENE.replace("brick: lego_2x4", "brick: lego_2x4\nexpect: [{stands: all}]")
+    assembly = world(bricks, scene).assembly()
+    assembly.add_all(Placed(placed.brick, placed.pose) for placed in timeline(bricks, scene).placements)
+    joined = {(c.lower, c.upper) for c in assembly.all_contacts() if not c.law.is_cone}
+    assert joined == {("ground", "a"), ("a", "t")}
 
 
 def test_a_brick_may_hang_from_the_studs_that_it_grips() -> None:
