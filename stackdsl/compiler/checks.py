@@ -349,6 +349,8 @@ def _misfit(
 
 def _off_studs(bricks: Sequence[ResolvedBrick], results: Sequence[Fit]) -> Iterator[tuple[int, str, str, str]]:
     """Yield the mistakes of bricks off the grid of the studs above or below them, of earlier bricks, by index."""
+    if all(brick.written.kind.studs is None for brick in bricks):
+        return
     placed = [Placed(Brick(brick.name, brick.written.shape, 1.0), brick.written.pose) for brick in bricks]
     for index, (brick, fit) in enumerate(zip(bricks, results, strict=True)):
         studs = brick.written.kind.studs
