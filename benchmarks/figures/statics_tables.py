@@ -189,6 +189,22 @@ STATICS_TABLES: Mapping[str, Table] = {
             Column("time of verdict, load factor, ms", "{verdict_ms:sig2}, {factor_ms:sig2}"),
         ),
     ),
+    "studded": Table(
+        "studded",
+        "studded",
+        (
+            Column("bricks", "{row}"),
+            Column("structures", "{cases}"),
+            Column("stable, unstable", "{stable}, {unstable}"),
+            Column("undecided", "{undecided}"),
+            Column("contradicted", "{contradicted}"),
+            Column("load factors outside, unproven", "{factors_outside}, {factors_unproven}"),
+            Column("verdict, median and worst, ms", "{median_verdict_ms:sig2}, {worst_verdict_ms:sig2}"),
+            Column("load factor, ms", "{median_factor_ms:sig2}, {worst_factor_ms:sig2}"),
+            Column("published score, ms", "{median_score_ms:sig2}, {worst_score_ms:sig2}"),
+            Column("score wrong by its own points", "{score_wrong}"),
+        ),
+    ),
     "pulls": Table(
         "mending",
         "pulls",
