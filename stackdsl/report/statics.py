@@ -269,6 +269,7 @@ def weakest_json(weakest: Weakest) -> Mapping[str, Any]:
 
 
 MICROSECONDS = 1e6
+DAY = 86_400.0  # [s]
 LEAST_IN_MPA = 1e4  # [Pa] smaller strengths are told in kPa
 TOLD = (*ALL, "guaranteed", "squeezed")  # the reported margins of standing structures
 
@@ -493,7 +494,12 @@ def _bond_text(bond: MortarOrGlue) -> str:
     strengths |= {} if bond.shear is None else {"shear": bond.shear}
     text = "bond of " + ", ".join(f"{_strength_text(each)} {name}" for name, each in strengths.items())
     text += ", brittle" * bond.brittle
-    return text if bond.from_ is None else f"{text}, {clock(bond.from_).strip()} after placing"
+    return text if bond.from_ is None else f"{text}, {_setting_text(bond.from_)} after placing"
+
+
+def _setting_text(time: float) -> str:
+    days = time / DAY
+    return f"{days:g} d" if days >= 1.0 else f"{24.0 * days:g} h"
 
 
 def _strength_text(strength: float) -> str:

@@ -1,10 +1,13 @@
 """Mortar in layouts: the space and the mass that its joints take, and the strength of its joints."""
 
+from itertools import pairwise
 from math import cos, inf, pi, sin
 
+import numpy as np
 import pytest
 
 from stability.joints import Bond
+from stability.statics.elastic_joints import elastic_factor
 from stackdsl.judging.proofs import finished_structure_of, margins_of_assembly
 from stackdsl.timeline import Timeline
 from tests.scenes import mistakes_of, timeline_of
@@ -155,3 +158,46 @@ def test_a_leaning_mortared_column_bears_its_plastic_moment() -> None:
     factor = 0.05e6 * 0.24 * width * width / 2.0 / moment
     found = margins_of_assembly(finished_structure_of(column).assembly, ("load_factor",)).load_factor
     assert found == pytest.approx(factor, rel=1e-6)
+
+
+def test_a_brittle_arch_bears_what_the_force_method_gives_for_elastic_joints() -> None:
+    span, thickness, count, depth, density, tension = 4.0, 0.15, 21, 0.5, 1800.0, 1e6
+    arch = timeline_of(
+        f"- arch: {{span: {span} m, thickness: {thickness} m, voussoirs: {count}, depth: {depth} m, "
+        "mortar: {thickness: 10 mm, bond: {tension: 1 MPa, cohesion: 10 MPa, brittle: true}}}",
+        STONE,
+    )
+    angles = [pi - pi * number / count for number in range(count + 1)]
+    radials = [np.array((cos(angle), sin(angle))) for angle in angles]
+    corners = [(0.5 * span * out, (0.5 * span + thickness) * out) for out in radials]
+    weights, middles = zip(*(_wedge(*a, *b[::-1]) for a, b in pairwise(corners)), strict=True)
+    area, inertia = thickness * depth, depth * thickness**3 / 12.0
+    left = (corners[0][0] + corners[0][1]) / 2.0
+    compliance, shift, stresses = np.zeros((3, 3)), np.zeros(3), []
+    for number, out in enumerate(radials):  # forces at the left springing, on the part to the right of each joint
+        (x, y), (a, b) = (corners[number][0] + corners[number][1]) / 2.0 - left, out
+        before = depth * density * 9.81 * np.array(weights[:number])
+        load = before.sum()
+        moment = float(before @ [x + left[0] - middle for middle in middles[:number]])
+        pressed, sheared = (np.array((b, -a, 0.0)), load * a), (np.array((a, b, 0.0)), -load * b)
+        bent = np.array((y, -x, 1.0)), moment
+        for (unit, constant), stiffness in ((pressed, area), (sheared, 0.4 * area), (bent, inertia)):
+            compliance += np.outer(unit, unit) / stiffness
+            shift += unit * constant / stiffness
+        stresses.append((pressed, bent))
+    redundant = -np.linalg.solve(compliance, shift)
+    largest = max(
+        abs(bent[0] @ redundant + bent[1]) * thickness / 2.0 / inertia - (pressed[0] @ redundant + pressed[1]) / area
+        for pressed, bent in stresses
+    )
+    found = elastic_factor(finished_structure_of(arch).assembly.problem())
+    assert found == pytest.approx(tension / largest, rel=1e-9)
+
+
+def _wedge(*outline: np.ndarray) -> tuple[float, float]:
+    """The area of an outline, and the x of its centroid."""
+    doubled = [
+        (p[0] * q[1] - q[0] * p[1], p[0] + q[0]) for p, q in zip(outline, (*outline[1:], outline[0]), strict=True)
+    ]
+    area = sum(part for part, _ in doubled) / 2.0
+    return abs(area), sum(part * along for part, along in doubled) / (6.0 * area)
