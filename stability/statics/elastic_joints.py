@@ -52,7 +52,7 @@ class _Face:
         """Return the factor by which stresses at the corners (n, 3) may grow; 0 if a dry contact does not bear them."""
         normal = stresses @ np.array(self.contact.normals_W[0])
         tangential = np.linalg.norm(stresses - normal[:, None] * np.array(self.contact.normals_W[0]), axis=1)
-        slides = tangential + 0.0 * normal
+        slides = tangential - self.contact.law.friction * normal
         if self.strength is None:
             return 0.0 if max(-normal.min(), slides.max()) > ROUNDING * largest else inf
         tension, cohesion, shear = self.strength
