@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # for type checkers; at run time `__getattr__` loads the same
     from stability.geometry.box import Box, OffCentreBox
     from stability.geometry.solid_making import prism, solid_of_corners, solid_of_mesh
     from stability.joints import Bond, JointRule, Joints, Pull, Studs
+    from stability.loads import Load, Loads
     from stability.model import Brick, Plane, Pose
     from stability.problem import Placed, Stability, Verdict
     from stability.stabilizers.exact.stabilizer import ProvenStability
@@ -40,6 +41,8 @@ __all__ = [
     "Friction",
     "JointRule",
     "Joints",
+    "Load",
+    "Loads",
     "OffCentreBox",
     "Placed",
     "Plane",
@@ -78,6 +81,8 @@ _HOMES = {
     "Joints": "stability.joints",
     "Pull": "stability.joints",
     "Studs": "stability.joints",
+    "Load": "stability.loads",
+    "Loads": "stability.loads",
     "load_factor": "stability.analysis.load_factor",
     "Box": "stability.geometry.box",
     "Brick": "stability.model",

@@ -11,6 +11,7 @@ from typing import Protocol, TypeAlias
 
 from stability.contact_law import ContactLaw, OtherLawError
 from stability.geometry.box_distance import TOUCHING
+from stability.geometry.vectors import subtract
 from stability.model import BodyId, Brick, Pose, Vec3
 from stability.name_order import names_text
 from stability.notebook import Display, Displayed, display_of
@@ -67,6 +68,21 @@ class Problem:
     bricks: Mapping[BodyId, Placed]  # free to move; other bodies of contacts are fixed
     contacts: Sequence[Contact]
     loads: Mapping[BodyId, Wrench]  # on each brick, including its weight
+    # The parts of these that are no weight of a brick.
+    applied: Mapping[BodyId, Wrench] = field(default_factory=dict)
+
+    @property
+    def unloaded(self) -> "Problem":
+        """Return the problem under the weights of the bricks alone."""
+        alone = {
+            name: Wrench(
+                subtract(load.force_W, self.applied[name].force_W), subtract(load.torque_W, self.applied[name].torque_W)
+            )
+            if name in self.applied
+            else load
+            for name, load in self.loads.items()
+        }
+        return replace(self, loads=alone, applied={})
 
     @property
     def has_joints(self) -> bool:

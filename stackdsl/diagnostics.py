@@ -48,11 +48,11 @@ CODES = {
     "SD204": "unknown brick",
     "SD205": "unknown level or event",
     "SD206": "the scenario is too large",
-    "SD207": "a thrown, dropped or pushed brick misses its target",
+    "SD207": "a thrown, dropped or pushed brick, or a load, misses its target",
     "SD208": "another brick has moved into the place of a brick before it is placed",
     "SD209": "a hand cannot act: its path is blocked, or another hand holds the brick",
     "SD210": "a hand presses bricks together that cannot give way",
-    "SD211": "not everything is played with joints",
+    "SD211": "not everything is played with joints, or judged under loads",
 }
 
 

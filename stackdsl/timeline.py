@@ -14,6 +14,7 @@ from typing import Literal, TypeAlias
 from stability.contact_law import GivenFriction, as_friction
 from stability.dynamics.ground_motion import GroundMotion, HandCourse
 from stability.joints import DRY, Joints
+from stability.loads import UNLOADED, Loads
 from stability.model import AT_REST, BodyId, Brick, Plane, Pose, Vec3
 from stability.problem import Tolerances
 from stability.statics.assembly import Assembly
@@ -28,10 +29,12 @@ class FixedWorld:
     planes: tuple[Plane, ...]  # the ground first
     touching: float = inf  # [m] widest gap that statics counts as contact, as `Tolerances.within`
     joints: Joints = DRY
+    loads: Loads = UNLOADED
 
     def assembly(self) -> Assembly:
         """Return an assembly for statics, without bricks."""
-        return Assembly(self.planes, self.friction, self.gravity, self.tolerances, overlap=inf, joints=self.joints)
+        site = self.planes, self.friction, self.gravity, self.tolerances
+        return Assembly(*site, overlap=inf, joints=self.joints, loads=self.loads)
 
     @property
     def has_joints(self) -> bool:
@@ -137,6 +140,23 @@ class JointsAction:
     bricks: tuple[BodyId, ...]  # that are in place and whose joints change
     change: JointChange
 
+    def on(self, assembly: Assembly) -> Assembly:
+        """Return the structure with these joints, judged again."""
+        return assembly.with_joints(self.joints)
+
+
+@dataclass(frozen=True, slots=True)
+class LoadsAction:
+    """The loads on bricks change."""
+
+    time: float  # [s]
+    loads: Loads  # on all bricks, from now on
+    bricks: tuple[BodyId, ...]  # whose loads change
+
+    def on(self, assembly: Assembly) -> Assembly:
+        """Return the structure under these loads, judged again."""
+        return assembly.with_loads(self.loads)
+
 
 @dataclass(frozen=True, slots=True)
 class PushAction:
@@ -184,7 +204,7 @@ class ReleaseAction:
 
 
 HandAction: TypeAlias = MoveAction | HoldAction | ReleaseAction
-Done: TypeAlias = Removal | JointsAction | PushAction | ShakeAction | HandAction
+Done: TypeAlias = Removal | JointsAction | LoadsAction | PushAction | ShakeAction | HandAction
 Action: TypeAlias = Placement | Done
 Moment: TypeAlias = tuple[Placement, ...] | Done  # simultaneous actions
 
@@ -234,9 +254,19 @@ class Timeline:
 
     @property
     def final_world(self) -> FixedWorld:
-        """Return the fixed world with the joints after all actions."""
-        joints = [action.joints for action in self.actions if isinstance(action, JointsAction)]
-        return replace(self.world, joints=joints[-1]) if joints else self.world
+        """Return the fixed world with the joints and loads after all actions."""
+        world = self.world
+        for action in self.actions:
+            if isinstance(action, JointsAction):
+                world = replace(world, joints=action.joints)
+            elif isinstance(action, LoadsAction):
+                world = replace(world, loads=action.loads)
+        return world
+
+    @property
+    def has_loads(self) -> bool:
+        """Return whether loads act on bricks, at any time."""
+        return any(isinstance(action, LoadsAction) for action in self.actions)
 
     @property
     def pulled_out(self) -> tuple[BodyId, ...]:

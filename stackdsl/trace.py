@@ -35,7 +35,8 @@ class VerdictMargins:
     certainty: str = ""  # reason for `guaranteed`; empty where normal forces alone balance everything
     squeezed: bool | None = None  # whether the margins rely on contacts whose pressure statics does not determine
     weakest: Weakest | None = None  # the mechanism that opens first under the least acceleration
-    load_factor: float | None = None  # multiple of its own weight that it bears; inf for any
+    load_factor: float | None = None  # multiple of its own weight, or of its loads, that it bears; inf for any
+    loaded: bool = False  # whether `load_factor` is that of the loads, beside the weight
     yields: str = ""  # what gives way first above that load factor; empty if nothing does
 
 
@@ -59,6 +60,7 @@ class EventKind(StrEnum):
     JOINED = "joined"
     SET = "set"  # mortar or glue that holds from now on
     CUT = "cut"  # joints
+    LOADED = "loaded"  # a load begins
     PUSHED = "pushed"
     SHAKEN = "shaken"  # the ground, without bricks
     TAKEN = "taken"  # a hand begins to move or hold a brick

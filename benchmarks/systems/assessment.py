@@ -20,6 +20,7 @@ from stackdsl.simulation.after_collapse import time_of
 from stackdsl.timeline import (
     HoldAction,
     JointsAction,
+    LoadsAction,
     MoveAction,
     Placement,
     PushAction,
@@ -109,7 +110,9 @@ def assessed(timeline: Timeline, assessor: Assessor) -> Assessment:
         match moment:
             case Removal():
                 there = {name: placed for name, placed in there.items() if name not in moment.bricks}
-            case JointsAction() | PushAction() | ShakeAction() | MoveAction() | HoldAction() | ReleaseAction():
+            case JointsAction() | LoadsAction() | PushAction() | ShakeAction():
+                raise ValueError(MOVES)
+            case MoveAction() | HoldAction() | ReleaseAction():
                 raise ValueError(MOVES)
             case _:
                 there |= {placement.brick.id: _placed(placement) for placement in moment}

@@ -11,6 +11,7 @@ from stability.problem import Verdict
 
 if TYPE_CHECKING:
     from stability.joints import Joints
+    from stability.loads import Loads
     from stability.statics.assembly import Assembly
 
 
@@ -118,6 +119,14 @@ class Stabilizer(Protocol):
     def rejoined(self, joints: "Joints") -> Update:
         """Handle other joints of all bricks: bricks that cannot stand with them wake immediately."""
         return Update()
+
+    def loaded(self, loads: "Loads") -> Update:
+        """Handle other loads on bricks: bricks that cannot stand under them wake immediately."""
+        return Update()
+
+    def moves_under_loads(self) -> bool:
+        """Return whether loads act on bricks in motion."""
+        return False
 
     def shaken(self, motion: GroundMotion) -> None:
         """Set the motion of the ground."""

@@ -28,6 +28,7 @@ from stability.geometry.vectors import (
 )
 from stability.graph import reached
 from stability.joints import DRY, Joints, admit_joints
+from stability.loads import UNLOADED, Loads, admit_loads
 from stability.model import EARTH, GROUND, BodyId, Brick, ConvexShape, Plane, Pose, Vec3
 from stability.name_order import names_text
 from stability.problem import (
@@ -283,6 +284,11 @@ class AssemblyAnswers:
         return self._structure.joints
 
     @property
+    def loads(self) -> Loads:
+        """Return the loads on bricks besides their weight."""
+        return self._structure.loads
+
+    @property
     def gravity(self) -> float:
         """Return the acceleration of free fall [m/s2]."""
         return self._structure.gravity
@@ -486,6 +492,7 @@ class CountedGaps:
     tolerances: Tolerances
     tables: tuple[Placed, ...]
     joints: Joints
+    loads: Loads
     _answer: float | None = field(default=None, init=False)
 
     def within(self) -> float:
@@ -511,7 +518,7 @@ class CountedGaps:
     def _is_stable(self, within: float) -> bool:
         tolerances = replace(self.tolerances, within=min(within, self.tolerances.within))
         site = self.planes, self.friction, self.gravity, tolerances, self.tables
-        assembly = Assembly(*site, overlap=inf, joints=self.joints)
+        assembly = Assembly(*site, overlap=inf, joints=self.joints, loads=self.loads)
         return assembly.add_all(self.bricks, names_smallest=False).stability is Stability.STABLE
 
 
@@ -539,23 +546,26 @@ class Assembly(AssemblyAnswers):
         *,
         overlap: float = OVERLAP,
         joints: Joints = DRY,
+        loads: Loads = UNLOADED,
     ) -> None:
         """Start with the fixed bodies: planes, and `tables`, which are boxes that never move.
 
         `friction` is the Coulomb coefficient between bricks and on tables, or a `Friction` if it differs by brick or by
         pair; `gravity` is along -z [m/s2]. A new brick that overlaps another body by more than `overlap` [m], or by so
         much that the two would not count as touching, is a ValueError; with `inf` no overlap is. `joints` hold bodies
-        together; their verdicts are those of limit analysis, in which a joint that yields keeps its force.
+        together; their verdicts are those of limit analysis, in which a joint that yields keeps its force. `loads` act
+        on their bricks from the placement on.
         """
         planes, tables = listed(planes, "planes, such as [Plane(...)]"), listed(tables, "tables, such as [Placed(...)]")
         admit_site(planes, tables, friction, gravity)
         admit_overlap(overlap)
         admit_joints(joints)
+        admit_loads(loads)
         if not isinstance(tolerances, Tolerances):
             raise TypeError(f"expected Tolerances(...), not {short_repr(tolerances)}")
         self._overlap = overlap
         self._fixed = {plane.id for plane in planes} | {table.brick.id for table in tables}
-        self._working = Prover(Structure(planes, tables, friction, gravity, tolerances, joints))
+        self._working = Prover(Structure(planes, tables, friction, gravity, tolerances, joints, loads))
         self._last_verdict: JournaledDict[str, Verdict] = JournaledDict(
             self._working.structure.journal
         )  # the last verdict
@@ -569,9 +579,16 @@ class Assembly(AssemblyAnswers):
 
     def with_joints(self, joints: Joints) -> "Assembly":
         """Return an assembly of the same bricks with other joints, judged again."""
+        return self._again(joints, self.loads)
+
+    def with_loads(self, loads: Loads) -> "Assembly":
+        """Return an assembly of the same bricks under other loads, judged again."""
+        return self._again(self.joints, loads)
+
+    def _again(self, joints: Joints, loads: Loads) -> "Assembly":
         structure = self._structure
         site = self.planes, self.friction, self.gravity, structure.tolerances, self.tables
-        again = Assembly(*site, overlap=inf, joints=joints)
+        again = Assembly(*site, overlap=inf, joints=joints, loads=loads)
         again.add_all(self.bricks.values(), names_smallest=len(self.bricks) <= MOST)
         again._overlap = self._overlap
         return again
@@ -587,7 +604,8 @@ class Assembly(AssemblyAnswers):
     def __reduce__(self) -> "tuple[Callable[..., Assembly], tuple[object, ...]]":
         """Return the fixed bodies and the state for pickle."""
         structure = self._structure
-        site = self.planes, self.friction, self.gravity, structure.tolerances, self.tables, self._overlap, self.joints
+        fixed = self.planes, self.friction, self.gravity, structure.tolerances, self.tables
+        site = *fixed, self._overlap, self.joints, self.loads
         return _made_again, (type(self), site, self._prover.state(), self._verdict)
 
     # --- changes ------------------------------------------------------------------------------------------------------
@@ -717,7 +735,8 @@ class Assembly(AssemblyAnswers):
         if not problem.is_brittle or elastic_factor(problem) >= 1.0:
             return ductile
         site = structure.planes, structure.friction, structure.gravity, structure.tolerances, structure.tables
-        without = Assembly(*site, overlap=inf, joints=structure.joints.without_brittle())
+        joints = structure.joints.without_brittle()
+        without = Assembly(*site, overlap=inf, joints=joints, loads=structure.loads)
         if without.add_all(structure.bricks.values(), names_smallest=False).stability is Stability.STABLE:
             return ductile
         return Verdict(Stability.UNDECIDED, ductile.stage, BREAKS, tuple(_around_brittle(problem, structure)))
@@ -728,7 +747,8 @@ class Assembly(AssemblyAnswers):
         if not across:
             return ()
         bricks, site = tuple(structure.bricks.values()), (structure.planes, structure.friction, structure.gravity)
-        return (CountedGaps(bricks, across, *site, structure.tolerances, structure.tables, structure.joints),)
+        tolerances, tables, joints = structure.tolerances, structure.tables, structure.joints
+        return (CountedGaps(bricks, across, *site, tolerances, tables, joints, structure.loads),)
 
 
 def _around_brittle(problem: Problem, structure: Structure) -> list[BodyId]:
@@ -739,8 +759,8 @@ def _around_brittle(problem: Problem, structure: Structure) -> list[BodyId]:
 
 
 def _made_again(kind: type[Assembly], site: tuple[Any, ...], known: ProverState, verdict: Verdict) -> Assembly:
-    *others, overlap, joints = site
-    made = kind(*others, overlap=overlap, joints=joints)
+    *others, overlap, joints, loads = site
+    made = kind(*others, overlap=overlap, joints=joints, loads=loads)
     made.restore(AssemblyState(made, known, verdict))
     return made
 

@@ -122,7 +122,7 @@ def judge(
     With `names_smallest` the verdict names the smallest falling set that is found; falls of one of the `doubted`
     bricks, which have no proof, are searched first.
     """
-    if structure.is_joined():
+    if structure.is_joined() or structure.is_pushed(brick):
         answer = _cones(structure, sorted(partners.of(structure.component(brick))), last=True)
         return _falls(structure, answer, names_smallest) if isinstance(answer, _Falling) else answer or StageAnswer()
     fallen = _tips(structure, brick)

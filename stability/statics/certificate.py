@@ -170,7 +170,7 @@ def brick_graph(structure: Structure, ledger: Ledger, bricks: Collection[BodyId]
     shares: dict[BodyId, Shares] = {}
     order = from_the_top(structure.rests_on(group))
     for name in (*order, *sorted(group.difference(order))):  # bricks that rest on one another in a ring come last
-        load = loads[name] if name not in leaning else None
+        load = loads[name] if name not in leaning and structure.is_upright(name) else None
         patches = [(contact, plan(contact)) for contact in structure.supports[name]]
         handed = shared(load, patches) if load is not None else None
         if handed is None or load is None:

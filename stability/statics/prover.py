@@ -110,7 +110,7 @@ class Prover:
 
     def _prove_by_core(self, name: BodyId) -> None:
         """Prove a brick by its load core if its weight lies in it."""
-        if self.structure.cores[name].carries(self.structure.weights[name].at):
+        if self.structure.cores[name].carries(self.structure.weights[name].at) and self.structure.is_upright(name):
             self.ledger.prove_by_core(name)
             self._unproven.pop(name, None)
         else:

@@ -11,8 +11,10 @@ from stability.contacts.detection import contact_between, contact_with_plane
 from stability.contacts.filled_gaps import ROOM, is_filled
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import apart, apart_from_plane
+from stability.geometry.vectors import add
 from stability.graph import reached
 from stability.joints import DRY, Joints
+from stability.loads import UNLOADED, Loads
 from stability.model import BodyId, Plane, Vec3
 from stability.problem import Contact, Placed, Problem, Tolerances, Wrench
 from stability.statics.journal import Journal, JournaledDict, JournaledNeighbours
@@ -37,6 +39,7 @@ class StructureState:
     solids: Mapping[BodyId, Solid]
     across_gaps: Mapping[tuple[BodyId, BodyId], Contact]
     joined: Mapping[tuple[BodyId, BodyId], tuple[Contact, ...]]
+    applied: Mapping[BodyId, Wrench]
 
 
 @dataclass
@@ -52,13 +55,16 @@ class Structure:
     gravity: float  # [m/s2]
     tolerances: Tolerances
     joints: Joints = DRY
+    loads: Loads = UNLOADED
     journal: Journal = field(default_factory=Journal)  # undoes an interrupted change
     bricks: JournaledDict[BodyId, Placed] = field(init=False)
     touching: JournaledDict[BodyId, dict[BodyId, Contact]] = field(init=False)  # by brick, then by other body
     supports: JournaledDict[BodyId, list[Contact]] = field(init=False)  # contacts that can push a brick vertically up
     carried: JournaledDict[BodyId, list[BodyId]] = field(init=False)  # bricks that a brick can push vertically up
     cores: JournaledDict[BodyId, LoadCore] = field(init=False)
-    weights: JournaledDict[BodyId, VerticalLoad] = field(init=False)  # the weight of each brick
+    # The weight of each brick, with its applied loads if the sum is a vertical force downwards.
+    weights: JournaledDict[BodyId, VerticalLoad] = field(init=False)
+    applied: JournaledDict[BodyId, Wrench] = field(init=False)  # the loads on each loaded brick
     across_gaps: JournaledDict[tuple[BodyId, BodyId], Contact] = field(init=False)  # by lower and upper body
     # by lower and upper body: the contacts that joints add to that in `touching`
     joined: JournaledDict[tuple[BodyId, BodyId], tuple[Contact, ...]] = field(init=False)
@@ -84,7 +90,7 @@ class Structure:
             JournaledDict(self.journal),
         )
         self.across_gaps, self._solids = JournaledDict(self.journal), JournaledDict(self.journal)
-        self.joined = JournaledDict(self.journal)
+        self.joined, self.applied = JournaledDict(self.journal), JournaledDict(self.journal)
         self._neighbours = JournaledNeighbours(journal=self.journal)
         self._law = as_friction(self.friction)
         for placed in self.tables:
@@ -97,12 +103,15 @@ class Structure:
 
     def put(self, placed: Placed) -> None:
         """Place a brick, with its contacts and its core; contacts across a gap that it fills are removed."""
-        name, (x, y, _) = placed.brick.id, placed.pose.position_W
+        name = placed.brick.id
         own = solid(placed)
         contacts = self._found(own)
         filled = self._filled_by(own, contacts)
         self.bricks[name] = placed
-        self.weights[name] = VerticalLoad(placed.brick.mass * self.gravity, (x, y))
+        applied = self.loads.wrench(placed)
+        if applied is not None:
+            self.applied[name] = applied
+        self.weights[name] = self._upright(placed) or self._own_weight(placed)
         self.touching[name], self.supports[name], self.carried[name] = {}, [], []
         self._show(own)
         for contact in self._unfilled(contacts, contacts):
@@ -229,6 +238,7 @@ class Structure:
             self.carried[other] = [upper for upper in self.carried[other] if upper != brick]
         for record in (self.bricks, self.supports, self.carried, self.cores, self.weights, self._turn):
             del record[brick]
+        self.applied.pop(brick, None)
         self._neighbours.remove(brick)
         del self._solids[brick]
         if self._may_fill(self._thinnest):  # other bodies may touch again across a gap that the brick filled
@@ -251,6 +261,7 @@ class Structure:
             dict(self._solids),
             dict(self.across_gaps),
             dict(self.joined),
+            dict(self.applied),
         )
 
     def restore(self, state: StructureState) -> None:
@@ -269,6 +280,7 @@ class Structure:
         self.weights.replace(state.weights)
         self.across_gaps.replace(state.across_gaps)
         self.joined.replace(state.joined)
+        self.applied.replace(state.applied)
         self._turn.replace(state.turn)
         self._turns = count(max([next(self._turns), *(turn + 1 for turn in state.turn.values())]))
 
@@ -312,10 +324,44 @@ class Structure:
         return [*contacts.values(), *(added for pair in contacts for added in self.joined.get(pair, ()))]
 
     def problem(self, group: Sequence[BodyId], contacts: Sequence[Contact]) -> Problem:
-        """Return the equilibrium problem of a group under its weight."""
+        """Return the equilibrium problem of a group under its weight and the loads on it."""
         add_work(BRICK * len(group))
-        loads = {brick: Wrench((0.0, 0.0, -self.weights[brick].weight)) for brick in group}
-        return Problem({brick: self.bricks[brick] for brick in group}, contacts, loads)
+        loads = {brick: self._load(brick) for brick in group}
+        applied = {brick: self.applied[brick] for brick in group if brick in self.applied} if self.applied else {}
+        return Problem({brick: self.bricks[brick] for brick in group}, contacts, loads, applied)
+
+    def _load(self, brick: BodyId) -> Wrench:
+        """Return the weight of a brick with the loads on it."""
+        applied = self.applied.get(brick) if self.applied else None
+        if applied is None:
+            return Wrench((0.0, 0.0, -self.weights[brick].weight))
+        placed = self.bricks[brick]
+        return Wrench(add(applied.force_W, (0.0, 0.0, -placed.brick.mass * self.gravity)), applied.torque_W)
+
+    def _own_weight(self, placed: Placed) -> VerticalLoad:
+        x, y, _ = placed.pose.position_W
+        return VerticalLoad(placed.brick.mass * self.gravity, (x, y))
+
+    def _upright(self, placed: Placed) -> VerticalLoad | None:
+        """Return all loads on a brick as one vertical force downwards; None if they are none."""
+        own = self._own_weight(placed)
+        if (applied := self.applied.get(placed.brick.id)) is None:
+            return own
+        (across, along, up), (tx, ty, tz) = applied.force_W, applied.torque_W
+        total = own.weight - up
+        if across != 0.0 or along != 0.0 or tz != 0.0 or not total > 0.0:
+            return None
+        x, y = own.at
+        return VerticalLoad(total, (x + ty / total, y - tx / total))
+
+    def is_upright(self, brick: BodyId) -> bool:
+        """Return whether the loads on a brick are a vertical force downwards, which is that in `weights`."""
+        return brick not in self.applied or self._upright(self.bricks[brick]) is not None
+
+    def is_pushed(self, brick: BodyId) -> bool:
+        """Return whether loads push a brick, or one that is connected with it, other than vertically downwards."""
+        pushed = {name for name in self.applied if not self.is_upright(name)}
+        return bool(pushed) and not pushed.isdisjoint(self.component(brick))
 
     def rests_on(self, group: Collection[BodyId]) -> Mapping[BodyId, list[BodyId]]:
         """Return for each brick of a group the bricks of the group that carry it."""

@@ -19,6 +19,7 @@ from stackdsl.timeline import (
     HoldAction,
     JointChange,
     JointsAction,
+    LoadsAction,
     MoveAction,
     Placement,
     PushAction,
@@ -142,16 +143,21 @@ def _placed_together(last: Placement, timeline: Timeline) -> Iterator[Placement]
             yield placement
 
 
+def _change_text(change: JointsAction | LoadsAction, bricks: str) -> str:
+    at = clock(change.time).strip()
+    if isinstance(change, LoadsAction):
+        return f"{bricks} loaded at {at}"
+    about = bricks if change.change is JointChange.JOINED else f"the joints of {bricks}"
+    return f"{about} {change.change.value} at {at}"
+
+
 def _action_text(together: Sequence[Action], timeline: Timeline) -> str:
     assembly = [placement.brick.id for placement in timeline.placements]
     match together[0]:
         case Removal() as removal:
             return f"{names_text(in_order(removal.bricks), among=assembly)} pulled out at {removal.time:g} s"
-        case JointsAction() as change:
-            about = names_text(in_order(change.bricks), among=assembly)
-            if change.change is not JointChange.JOINED:
-                about = f"the joints of {about}"
-            return f"{about} {change.change.value} at {clock(change.time).strip()}"
+        case JointsAction() | LoadsAction() as change:
+            return _change_text(change, names_text(in_order(change.bricks), among=assembly))
         case PushAction() as push:
             return f"{push.brick} pushed at {push.time:g} s"
         case ShakeAction() as shake:

@@ -101,8 +101,9 @@ def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
 
 def _obstacle(case: Case, blocked: Blocked) -> Diagnostic:
     if blocked.unplayed:
-        span = case.source.key_span_of(("joints",))
-        return Diagnostic("SD211", span, blocked.unplayed, "run it on `exact`, or remove `joints`")
+        key = "joints" if case.timeline.world.has_joints else "loads"
+        span = case.source.key_span_of((key,))
+        return Diagnostic("SD211", span, blocked.unplayed, f"run it on `exact`, or remove `{key}`")
     if blocked.too_much:
         hint = (
             f"use fewer bricks, move hands faster, simulate a shorter time, or use claims that statics decides; {HINT}"

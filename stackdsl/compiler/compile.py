@@ -38,6 +38,7 @@ from stackdsl.compiler.hands import (
 )
 from stackdsl.compiler.impacts import ImpactActions, early_removals, impact_actions
 from stackdsl.compiler.joints import invalid_joints, joints_in_time
+from stackdsl.compiler.loads import invalid_loads, loads_in_time
 from stackdsl.compiler.schedule import (
     ResolvedScenario,
     missiles_of,
@@ -59,6 +60,7 @@ from stackdsl.timeline import (
     Jitter,
     JointChange,
     JointsAction,
+    LoadsAction,
     Placement,
     PushAction,
     ReleaseAction,
@@ -77,7 +79,7 @@ ROUNDING = 1e-9  # [s] rounding error of computed times
 class Origin:
     """A build step or an impact."""
 
-    part: str  # `build step` or `impact`
+    part: str  # `build step`, `impact` or `load`
     number: int  # from 1
     kind: str  # such as `column`, `bricks`, `remove`
     span: Span
@@ -91,6 +93,10 @@ def origin_of(action: Action, scenario: Scenario, source: Source) -> Origin | No
     if isinstance(action, JointsAction):
         acted = [number for number, begins in enumerate(built.impacts) if begins.time == action.time]
         return _impact(acted[0], scenario, source) if acted and action.change is not JointChange.SET else None
+    if isinstance(action, LoadsAction):
+        number = next(number for number, begins in enumerate(built.loaded) if begins.time == action.time)
+        kind = scenario.loads[number].kind
+        return Origin("load", number + 1, kind, source.key_span_of(("loads", number, kind)))
     if not isinstance(action, Placement):
         named = set(action.bricks if isinstance(action, Removal | HoldAction | ReleaseAction) else (action.brick,))
         for number, (impact, begins) in enumerate(zip(scenario.impacts, built.impacts, strict=True)):
@@ -263,6 +269,7 @@ CHECKS: Final[Sequence[Check]] = (
     contradictions,
     invalid_friction_pairs,
     invalid_joints,
+    invalid_loads,
 )
 CHECKS_IN_TIME: Final[Sequence[Check]] = (
     early_removals,
@@ -341,12 +348,17 @@ def _timeline(built: ResolvedScenario, impacts: Iterable[tuple[ActionOrder, Acti
     others = placed.keys() - {carried.brick.name for carried in by_hand}
     placements = [(brick.placed, placed[brick.name]) for brick in built.in_order if brick.name in others]
     joints, joining = joints_in_time(built, scenario)
+    others_in_time: list[tuple[ActionOrder, Action]] = [
+        *joining,
+        *shakes(built, scenario),
+        *loads_in_time(built, scenario),
+    ]
     return Timeline(
         replace(_world(built, scenario, planes), joints=joints),
         tuple(
             action
             for _, action in sorted(
-                (*placements, *carrying_actions(by_hand, placed, tilt), *impacts, *joining, *shakes(built, scenario)),
+                (*placements, *carrying_actions(by_hand, placed, tilt), *impacts, *others_in_time),
                 key=lambda timed: timed[0],
             )
         ),

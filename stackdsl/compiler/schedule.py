@@ -10,9 +10,9 @@ from stability.model import GROUND, IDENTITY, Brick, Plane, Pose, Quaternion, Ve
 from stackdsl.compiler.bricks import BUILD, ActionOrder, HandTimes, ResolvedBrick, WrittenBrick, resolved_bricks
 from stackdsl.diagnostics import Diagnostic, did_you_mean
 from stackdsl.language.hands import ByHand
-from stackdsl.language.model_base import Anchor
+from stackdsl.language.model_base import Anchor, Timed
 from stackdsl.language.quantities import InputError
-from stackdsl.language.schema import Scenario, Shake
+from stackdsl.language.schema import Scenario
 from stackdsl.language.yaml.source import KeyPath, Source
 
 # Times: from the order of steps, `every`, `at`, and anchors such as `after: level 9 + 1 s`.
@@ -27,6 +27,7 @@ class Schedule:
     in_hands: list[HandTimes] = field(default_factory=list)  # of each brick
     over: list[float] = field(default_factory=list)  # end of each impact [s]
     shaken: ActionOrder | None = None  # start of the ground motion
+    loaded: list[ActionOrder] = field(default_factory=list)  # start of each load
     mistakes: list[Diagnostic] = field(default_factory=list)
     latest: dict[tuple[str, str], float] = field(default_factory=dict)  # time of each event that an anchor may name [s]
 
@@ -68,7 +69,11 @@ def scheduled(bricks: Sequence[ResolvedBrick], scenario: Scenario, source: Sourc
         next_start = last + every
     shake = scenario.world.shake
     if shake is not None:
-        schedule.shaken = ActionOrder(_shaken_at(shake, schedule, source) + shake.delay, len(scenario.impacts) + 1)
+        begins = _begins(shake, ("world", "shake"), "the ground waits", schedule, source)
+        schedule.shaken = ActionOrder(begins + shake.delay, len(scenario.impacts) + 1)
+    for number, load in enumerate(scenario.loads):
+        begins = _begins(load, ("loads", number), "this load waits", schedule, source)
+        schedule.loaded.append(ActionOrder(begins, len(scenario.impacts) + 2))
     return schedule
 
 
@@ -83,15 +88,15 @@ def _hand_times(hand: ByHand | None, start: float, turns: Sequence[int], every: 
     return [HandTimes(begins[index], begins[index] + comes, begins[index] + lasts) for index in turns]
 
 
-def _shaken_at(shake: Shake, schedule: Schedule, source: Source) -> float:
-    """Return the start of the shaking [s]; by default after the build."""
-    if shake.at is not None:
-        return shake.at
-    anchor = shake.after or Anchor("built")
+def _begins(begun: Timed, path: KeyPath, waits: str, schedule: Schedule, source: Source) -> float:
+    """Return the start of what is no step, such as shaking [s]; by default after the build."""
+    if begun.at is not None:
+        return begun.at
+    anchor = begun.after or Anchor("built")
     event = _event_time(anchor, schedule)
     if isinstance(event, InputError):
-        span = source.span_of(("world", "shake", "after"))
-        message = event.message.replace("this step waits", "the ground waits").replace("earlier step", "step")
+        span = source.span_of((*path, "after"))
+        message = event.message.replace("this step waits", waits).replace("earlier step", "step")
         schedule.mistakes.append(Diagnostic(event.code, span, message, event.hint))
         return 0.0
     return event + anchor.offset
@@ -185,6 +190,7 @@ class ResolvedScenario:
     missiles: Mapping[int, Brick]  # thrown and dropped bricks, by the index of the impact
     impacts: Sequence[ActionOrder]  # start of each
     shaken: ActionOrder | None  # start of the ground motion
+    loaded: Sequence[ActionOrder]  # start of each load
     planes: Sequence[Plane]
     timing_mistakes: Sequence[Diagnostic]  # about unknown events; if any, the times are invalid
 
@@ -209,6 +215,7 @@ def resolved_scenario(scenario: Scenario, source: Source) -> ResolvedScenario:
         missiles=missiles_of(scenario),
         impacts=schedule.impacts,
         shaken=schedule.shaken,
+        loaded=schedule.loaded,
         planes=planes,
         timing_mistakes=schedule.mistakes,
     )

@@ -461,8 +461,8 @@ def _events(trace: Trace, modelled: bool, written: Sequence[Action]) -> Iterator
                 brick: _in_mm(pushes[brick].popleft(), IMPULSE) for brick in sorted(event.bricks) if pushes[brick]
             }
             yield Pushing(_rounded(event.time, PLACING_TIME), tuple(sorted(event.bricks)), impulses or None)
-        elif event.kind in (EventKind.SHAKEN, EventKind.TAKEN, EventKind.LET_GO, *JOINING):
-            continue  # joints, and the motion of the ground and of hands, are input
+        elif event.kind in (EventKind.SHAKEN, EventKind.LOADED, EventKind.TAKEN, EventKind.LET_GO, *JOINING):
+            continue  # joints, loads, and the motion of the ground and of hands, are input
         elif modelled or _is_below(event, trace):
             yield Placing(
                 time_s=_rounded(event.time, PLACING_TIME),

@@ -28,7 +28,16 @@ from stability.statics.assembly import Assembly
 from stability.statics.equilibrium import separating_motion
 from stability.statics.fall_description import described
 from stability.statics.initial_motion import find_start
-from stackdsl.timeline import HandAction, JointsAction, PushAction, Removal, ShakeAction, Timeline, leaves_to_engine
+from stackdsl.timeline import (
+    HandAction,
+    JointsAction,
+    LoadsAction,
+    PushAction,
+    Removal,
+    ShakeAction,
+    Timeline,
+    leaves_to_engine,
+)
 from stackdsl.trace import Trace, VerdictMargins
 from stackdsl.wording import how_many
 
@@ -74,9 +83,9 @@ def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
             if assembly.remove(moment.bricks, names_smallest=names_smallest).stability is not Stability.STABLE:
                 break
             continue
-        if isinstance(moment, JointsAction):
+        if isinstance(moment, JointsAction | LoadsAction):
             done += 1
-            assembly = assembly.with_joints(moment.joints)
+            assembly = moment.on(assembly)
             if assembly.verdict().stability is not Stability.STABLE:
                 break
             continue
@@ -229,24 +238,27 @@ def margins_of_assembly(
     """Return the requested margins of an assembly; none if it is not proven to stand.
 
     Bricks with joints have the margins of acceleration and tilt, and the load factor, which is returned in any case.
+    Bricks under loads have no margins of tilt and placement, and their load factor is that of the loads.
     `on_stage` is called with the name of each computation.
     """
     if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
         return VerdictMargins()
     problem, margins = assembly.problem(), VerdictMargins()
-    if "load_factor" in requested or (problem.has_joints and requested):
+    if "load_factor" in requested or ((problem.has_joints or problem.applied) and requested):
         on_stage("load factor")
         margins = _loaded(problem)
     if {"acceleration", "tilt"}.intersection(requested) and not problem.is_brittle:
         on_stage("margin of acceleration and tilt")
         margins = _shaken(problem, assembly.gravity, margins)
+    if problem.applied:
+        margins = replace(margins, tilt=None)  # it reduces the weight that holds against the loads
     if problem.has_joints:
         return margins  # the other margins are those of dry structures
     if "friction" in requested:
         on_stage("margin of friction")
         roughest = max((contact.law.friction for contact in problem.contacts), default=0.0)
         margins = replace(margins, friction=least_friction(problem).coefficient, roughest=roughest)
-    if "placement" in requested:
+    if "placement" in requested and not problem.applied:
         on_stage("margin of placement")
         planes = [plane.id for plane in assembly.planes]
         placed = placement(problem, planes=planes)
@@ -271,10 +283,12 @@ def weakest_of(assembly: Assembly) -> Weakest | None:
 
 
 def _loaded(problem: Problem) -> VerdictMargins:
-    found = load_factor(problem)
+    # Of applied loads, these grow; otherwise the weights do.
+    found = load_factor(problem.unloaded, problem.applied) if problem.applied else load_factor(problem)
     if found is None:
         return VerdictMargins()
-    return VerdictMargins(load_factor=found.factor, yields=gives_way_text(problem, found))
+    yields = gives_way_text(problem, found)
+    return VerdictMargins(load_factor=found.factor, loaded=bool(problem.applied), yields=yields)
 
 
 def gives_way_text(problem: Problem, found: LoadFactor) -> str:
@@ -335,7 +349,8 @@ class BearingSurvival:
     bearing: float  # of the pull on the bricks, from +x towards +y [rad]
     survived: float  # acceleration that is proven to be survived [g]; inf if nothing gives way
     fails: float  # acceleration that is proven to bring bricks down [g]; inf if none is
-    tilt: float  # survived tilt of the whole scene, downwards along the bearing [rad]
+    # Survived tilt of the whole scene, downwards along the bearing [rad]; None under loads.
+    tilt: float | None
     gives_way: str  # first mechanism, in words; empty if none is proven
 
 
@@ -349,8 +364,9 @@ class Survival(Printed):
     apart: Apart | None = None  # what it survives without friction between side faces, if less
     name: str = ""  # of the case
     notes: tuple[str, ...] = ()  # parts of the case that are not judged
-    # Multiple of its own weight that a structure with joints bears, and what gives way above it.
+    # Multiple of its own weight that a structure with joints bears, or of its loads, and what gives way above it.
     load_factor: float | None = None
+    loaded: bool = False  # whether `load_factor` is that of the loads, beside the weight
     yields: str = ""
 
     @property
@@ -371,7 +387,7 @@ def survival_of(
     if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
         return None
     problem = assembly.problem()
-    loaded = _loaded(problem) if problem.has_joints else VerdictMargins()
+    loaded = _loaded(problem) if problem.has_joints or problem.applied else VerdictMargins()
     if problem.is_brittle:
         return Survival((), None, load_factor=loaded.load_factor, yields=loaded.yields)
     bearings = by_bearing(problem, count, accuracy, assembly.gravity, on_progress=on_progress)
@@ -383,7 +399,10 @@ def survival_of(
     tips = first_tipping(problem, assembly.gravity) if slides else None
     alone = apart(problem, assembly.gravity, first.acceleration) if first is not None else None
     along = tuple(_along(problem, each, first, texts) for each in bearings)
-    return Survival(along, first, tips, alone, load_factor=loaded.load_factor, yields=loaded.yields)
+    if problem.applied:
+        along = tuple(replace(each, tilt=None) for each in along)
+    beyond = loaded.load_factor, loaded.yields
+    return Survival(along, first, tips, alone, load_factor=beyond[0], loaded=loaded.loaded, yields=beyond[1])
 
 
 def _along(problem: Problem, each: Survived, first: Weakest | None, texts: dict[int, str]) -> BearingSurvival:

@@ -405,6 +405,14 @@ def suggestions(build: FallingBuild, piling: Piling, on_progress: Callable[[], N
         if joints is not None and joints.factor < inf:
             yield joints
         return
+    if build.timeline.has_loads:  # other changes are searched for bricks under their weight alone
+        rougher = more_friction(build.timeline, build.proofs)
+        if rougher is not None and rougher.factor < inf:
+            yield rougher
+        heavier = _counterweight(build.timeline, build.proofs, rising_in(build.verdict))
+        if heavier is not None:
+            yield heavier
+        return
     fall = piling.first_fall()
     if fall is None or fall[1].stability is not Stability.UNSTABLE:
         return

@@ -286,7 +286,13 @@ def add(mistakes: Mistakes, path: KeyPath, mistake: InputError) -> None:
 
 
 REPEAT: Final = "repeat"
-REPEATABLE: Final = ("build", "impacts", "expect", "truth")  # lists of repeatable items, besides `bricks` of a step
+REPEATABLE: Final = (
+    "build",
+    "impacts",
+    "loads",
+    "expect",
+    "truth",
+)  # lists of repeatable items, besides `bricks` of a step
 MAX_REPEATS: Final = 20_000  # combinations of the variables of one item
 MAX_SPREAD: Final = 200_000  # values from all repeats of a scenario; a second, and some hundred megabytes
 

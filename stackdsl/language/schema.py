@@ -29,6 +29,7 @@ from stackdsl.language.impacts import IMPACTS, Impact, KindOfImpact
 from stackdsl.language.imports import Import
 from stackdsl.language.joints import Joints, StudGrid
 from stackdsl.language.layouts.registry import LAYOUTS, Layout, LayoutParams
+from stackdsl.language.loads import Loads
 from stackdsl.language.model_base import AnchorText, AuthorModel, Shorthand, Timed, default, with_kinds
 from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import MAX_BRICKS
@@ -383,6 +384,7 @@ class Scenario(AuthorModel):
     impacts: Annotated[tuple[Impact, ...], Field(max_length=1000)] = Field(
         (), description="actions on the structure, such as throws, pushes and removals"
     )
+    loads: Loads = Field((), description="lasting forces, weights, pressures, moments and line loads on bricks")
     samples: t.Samples | None = Field(
         None, description="maximum number of random samples; claims then state the share of samples in which they hold"
     )

@@ -35,6 +35,7 @@ from stackdsl.judging.proofs import (
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, StrongerJoints, remedies_of
 from stackdsl.language.claims.margin import Margin
 from stackdsl.language.joints import JointOfBricks, MortarOrGlue, StudGrid
+from stackdsl.language.loads import Load, Weighed
 from stackdsl.language.schema import Scenario
 from stackdsl.report.blocks import Block, blocks_text, hanging, line, table
 from stackdsl.report.warnings import modified_text
@@ -47,6 +48,7 @@ from stackdsl.timeline import (
     HoldAction,
     JointChange,
     JointsAction,
+    LoadsAction,
     MoveAction,
     Placement,
     PushAction,
@@ -374,9 +376,10 @@ def _margins(proofs: Proofs, extent: Extent, margins: VerdictMargins | None) -> 
         yield f"    rest is {_certainty(margins)}"
 
 
-def load_factor_text(factor: float) -> str:
-    """Return a load factor in words."""
-    return "any multiple of its own weight" if factor == inf else f"{survived_text(factor)} times its own weight"
+def load_factor_text(factor: float, loaded: bool = False) -> str:
+    """Return a load factor in words; `loaded` for that of applied loads, while the weight stays."""
+    what = "its loads" if loaded else "its own weight"
+    return f"any multiple of {what}" if factor == inf else f"{survived_text(factor)} times {what}"
 
 
 def _certainty(margins: VerdictMargins) -> str:
@@ -388,7 +391,7 @@ def _certainty(margins: VerdictMargins) -> str:
 def margin_texts(margins: VerdictMargins) -> Iterator[str]:
     """Yield each known margin: what the structure survives."""
     if margins.load_factor is not None:
-        yield load_factor_text(margins.load_factor)
+        yield load_factor_text(margins.load_factor, margins.loaded)
     if margins.acceleration == inf:  # held on all sides
         yield "any horizontal acceleration"
         if margins.tilt is not None:
@@ -434,6 +437,7 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     yield from _world(timeline)
     yield from map(_joint_line, scenario.joints)
     yield from _mortar_lines(scenario)
+    yield from map(_load_line, scenario.loads)
     kinds = [scenario.brick, *(step.brick for step in scenario.build)]
     kinds += [brick.brick for step in scenario.build for brick in step.bricks or ()]
     for studs in dict.fromkeys(kind.studs for kind in kinds if kind is not None and kind.studs is not None):
@@ -497,6 +501,41 @@ def _bond_text(bond: MortarOrGlue) -> str:
     return text if bond.from_ is None else f"{text}, {_setting_text(bond.from_)} after placing"
 
 
+def _load_line(load: Load) -> str:
+    """Return a load in words, with its direction, its place and its bricks."""
+    amounts = {
+        "force": (load.force, "N"),
+        "weight": (load.weight, "kg" if isinstance(load.weight, Weighed) else "N"),
+        "pressure": (load.pressure, "Pa"),
+        "moment": (load.moment, "N*m"),
+        "line": (load.line, "N/m"),
+    }
+    amount, unit = amounts[load.kind]
+    parts = [f"{load.kind} of {amount:g} {unit}"]
+    parts += [f"towards {_direction_text(load.towards)}"] if load.towards is not None else []
+    parts += [f"about {_direction_text(load.about)}"] if load.about is not None else []
+    parts += [f"on face {_direction_text(load.face)}"] if load.face is not None else []
+    parts += [f"at {_mm(load.point)} mm from the centre"] if load.point is not None else []
+    parts += (
+        [f"from {_mm(load.from_)} mm to {_mm(load.to)} mm"] if load.from_ is not None and load.to is not None else []
+    )
+    names = names_text([load.brick] if load.brick is not None else load.bricks or ())
+    parts += [f"on level {load.level}" if load.level is not None else f"on {names}"]
+    return f"  load: {' '.join(parts)}"
+
+
+def _direction_text(direction: str | float) -> str:
+    """Return a direction with an arrow, as seen from the front or from above."""
+    if isinstance(direction, str):
+        return f"{direction} {ARROWS_BY_WORD[direction]}"
+    turned = round(degrees(direction), 6) % 360.0
+    return f"{turned:g} deg {ARROWS[round(turned / 45.0) % len(ARROWS)]}"
+
+
+ARROWS = "→↗↑↖←↙↓↘"  # horizontal directions as seen from above, from +x towards +y
+ARROWS_BY_WORD = {"up": "⇑", "down": "⇓", "top": "⇑", "bottom": "⇓"}
+
+
 def _setting_text(time: float) -> str:
     days = time / DAY
     return f"{days:g} d" if days >= 1.0 else f"{24.0 * days:g} h"
@@ -516,8 +555,9 @@ def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
         match action:
             case Removal():
                 yield f"  {clock(action.time)[1:]}  {', '.join(action.bricks):<{width}}  pulled out"
-            case JointsAction():
-                yield f"  {clock(action.time)[1:]}  {names_text(action.bricks):<{width}}  {JOINING[action.change]}"
+            case JointsAction() | LoadsAction():
+                change = JOINING[action.change] if isinstance(action, JointsAction) else "loaded"
+                yield f"  {clock(action.time)[1:]}  {names_text(action.bricks):<{width}}  {change}"
             case PushAction():
                 impulse = " ".join(f"{1000.0 * part:.4g}" for part in action.impulse_W)
                 yield f"  {clock(action.time)[1:]}  {action.brick:<{width}}  pushed by ({impulse}) mN*s"

@@ -558,7 +558,7 @@ SURVIVAL_COLUMNS = ("bearing_deg", "survives_g", "fails_g", "tilt_deg", "gives_w
 def survival_lines(name: str, survival: Survival) -> Iterator[str]:
     """Yield the least survived acceleration, then a line for bearings with the same failure, the weakest first."""
     if survival.load_factor is not None:
-        yield f"{name} bears {load_factor_text(survival.load_factor)}"
+        yield f"{name} bears {load_factor_text(survival.load_factor, survival.loaded)}"
         if survival.yields:
             yield f"  beyond: {survival.yields}"
     if not survival.along:
@@ -570,8 +570,9 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
         return
     first = survival.weakest
     least = worst.survived if first is None else first.acceleration
-    where = f"{'along these bearings' if first is None else 'in every direction'}, a tilt of"
-    yield f"{name} survives {survived_text(least)} g {where} {survived_text(degrees(tilt(least)))} deg"
+    where = "along these bearings" if first is None else "in every direction"
+    tilted = "" if survival.loaded else f", a tilt of {survived_text(degrees(tilt(least)))} deg"
+    yield f"{name} survives {survived_text(least)} g {where}{tilted}"
     if survival.apart is not None:
         apart = survival.apart
         aided = f"{aided_text(apart)}: {in_short(apart.gives_way)}"
@@ -667,8 +668,9 @@ def survival_table(survivals: Sequence[tuple[str, Survival]]) -> StudyTable:
 
 
 def _survival_row(each: BearingSurvival) -> dict[str, float | str | None]:
-    numbers = (degrees(each.bearing), each.survived, each.fails, degrees(each.tilt))
-    return dict(zip(SURVIVAL_COLUMNS, (*map(_finite_margin, numbers), each.gives_way), strict=True))
+    leans = None if each.tilt is None else _finite_margin(degrees(each.tilt))
+    numbers = map(_finite_margin, (degrees(each.bearing), each.survived, each.fails))
+    return dict(zip(SURVIVAL_COLUMNS, (*numbers, leans, each.gives_way), strict=True))
 
 
 def _finite_margin(value: float) -> float | None:

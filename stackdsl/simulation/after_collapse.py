@@ -7,6 +7,7 @@ from stability.model import BodyId
 from stackdsl.timeline import (
     HoldAction,
     JointsAction,
+    LoadsAction,
     Moment,
     MoveAction,
     PushAction,
@@ -27,7 +28,7 @@ def after_collapse(moment: Moment, present: Container[BodyId]) -> Moment | None:
             return moment if moment.brick in present else None
         case ShakeAction():
             return moment
-        case JointsAction():
+        case JointsAction() | LoadsAction():
             return None
         case _:
             return tuple(placement for placement in moment if placement.hits) or None

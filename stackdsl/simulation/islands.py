@@ -31,6 +31,7 @@ from stackdsl.timeline import (
     HandAction,
     HoldAction,
     JointsAction,
+    LoadsAction,
     Moment,
     MoveAction,
     Placement,
@@ -182,7 +183,7 @@ def set_max_speed(world: World, states: Mapping[BodyId, BodyState], gravity: flo
 def affected_bricks(moment: Moment, present: Mapping[BodyId, TrackedBrick]) -> list[Placed]:
     """Return the bricks that are placed, pushed, shaken, removed or handled at a moment."""
     match moment:
-        case Removal() | JointsAction() | HoldAction() | ReleaseAction():
+        case Removal() | JointsAction() | LoadsAction() | HoldAction() | ReleaseAction():
             names = moment.bricks
         case PushAction() | MoveAction():
             names = (moment.brick,)
@@ -398,7 +399,8 @@ class Island:
     def pass_on(self, most: int) -> None:
         """Advance by one time step of the engine, or by at most `most` steps of a motion without one."""
         acceleration_W = self.ground.acceleration_W()
-        passed = self.falling.advance(most, driven=acceleration_W is not None or self.hands.busy)
+        driven = acceleration_W is not None or self.hands.busy or self.stabilizer.moves_under_loads()
+        passed = self.falling.advance(most, driven=driven)
         self.ticks += passed or 1
         self.known += passed
         if passed:

@@ -735,12 +735,12 @@ class RunMeasurements:
         self.watch.freeze(frozen)
         self.motion.stopped(frozen)
 
-    def weigh(self, time: float, states: Mapping[BodyId, BodyState], in_hands: bool) -> None:
-        """Update the energy with the moving bricks of one island; `in_hands` if hands may move some of them."""
+    def weigh(self, time: float, states: Mapping[BodyId, BodyState], driven: bool) -> None:
+        """Update the energy with the moving bricks of one island; `driven` if hands or loads may move some of them."""
         self.see(time, states)
         self.energy.look(self.motion.see(time, states))
-        if in_hands:
-            self.energy.start(by_hand=True)  # the work of hands cannot be told from a gain of the engine
+        if driven:
+            self.energy.start(by_hand=True)  # the work of hands and loads cannot be told from a gain of the engine
 
     def look(self, time: float, states: Mapping[BodyId, BodyState], everything: Mapping[BodyId, BodyState]) -> None:
         """Update with the states of the moving bricks of one island, and of `everything` that moves."""

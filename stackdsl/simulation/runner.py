@@ -28,6 +28,7 @@ from stackdsl.timeline import (
     Arrival,
     HoldAction,
     JointsAction,
+    LoadsAction,
     Moment,
     MoveAction,
     Placement,
@@ -135,7 +136,7 @@ def play(
 
     A `recorder` gets the states of all moving bricks at every look.
     """
-    _require_joints_played(timeline, system)
+    _require_played(timeline, system)
     load(system)
     timeline = as_played(timeline, system.modification)
     started = perf_counter()
@@ -150,12 +151,13 @@ def play(
         islands.close()
 
 
-def _require_joints_played(timeline: Timeline, system: System) -> None:
-    """Raise BlockedPlacementError if bodies are joined and the system does not play joints."""
+def _require_played(timeline: Timeline, system: System) -> None:
+    """Raise BlockedPlacementError if the system does not play the joints or loads of a timeline."""
     plays = system.method is Method.PROVEN and system.engine.records_steps and system.modification == AS_WRITTEN
-    if timeline.world.has_joints and not plays:
+    what = "joints" if timeline.world.has_joints else "loads" if timeline.has_loads else ""
+    if what and not plays:
         first = timeline.placements[0]
-        unplayed = f"the system '{system.name}' plays no joints"
+        unplayed = f"the system '{system.name}' plays no {what}"
         raise BlockedPlacementError(Blocked(first.brick.id, first.time, first.brick.id, 0.0, unplayed=unplayed))
 
 
@@ -214,6 +216,8 @@ class _Run:
                 self._remove(moment, pieces)
             case JointsAction():
                 self._rejoin(moment, pieces)
+            case LoadsAction():
+                self._load(moment)
             case PushAction():
                 self._push(moment, pieces)
             case ShakeAction():
@@ -294,6 +298,11 @@ class _Run:
         for island in self.islands:
             island.stabilizer.rejoined(change.joints)
 
+    def _load(self, change: LoadsAction) -> None:
+        self.log.add(Event(change.time, EventKind.LOADED, change.bricks))
+        for island in self.islands:
+            island.stabilizer.loaded(change.loads)
+
     def _push(self, push: PushAction, pieces: Pieces) -> None:
         self.watch.struck()
         self.log.add(Event(push.time, EventKind.PUSHED, (push.brick,)))
@@ -351,7 +360,8 @@ class _Run:
         states = island.world.states(list(dict.fromkeys([*moving, *island.hands.in_hand])))
         island.seen, island.one_by_one = states, len(moving) - island.stabilizer.riding()
         self.one_by_one = max(self.one_by_one, sum(each.one_by_one for each in self.islands))
-        self.measures.weigh(now, states, in_hands=island.hands.busy)
+        driven = island.hands.busy or island.stabilizer.moves_under_loads()
+        self.measures.weigh(now, states, driven=driven)
         self._notice_fault()
         self.measures.look(now, states, self.islands.seen(island))
         island.edges.look(now, states)

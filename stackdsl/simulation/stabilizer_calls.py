@@ -11,6 +11,7 @@ from stability.dynamics.ground_motion import GroundMotion
 from stability.engines.protocol import World
 from stability.geometry.vectors import dot
 from stability.joints import Joints
+from stability.loads import Loads
 from stability.model import BodyId, BodyState, Vec3
 from stability.problem import Stability, Verdict
 from stability.stabilizers.known_motion import FallingParts
@@ -195,6 +196,15 @@ class StabilizerDriver:
         """Report other joints to an extension that judges them."""
         if self.extension is not None:
             self._apply(self.clock.timed(self.extension.rejoined, joints))
+
+    def loaded(self, loads: Loads) -> None:
+        """Report other loads to an extension that judges them."""
+        if self.extension is not None:
+            self._apply(self.clock.timed(self.extension.loaded, loads))
+
+    def moves_under_loads(self) -> bool:
+        """Return whether loads act on bricks in motion."""
+        return self.extension is not None and self.extension.moves_under_loads()
 
     def struck(self, brick: BodyId, impulse_W: Vec3, offset_W: Vec3) -> bool:
         """Announce an impulse on a brick [N s] at an offset from its centre [m]; return whether it is free to move."""

@@ -54,7 +54,9 @@ class Tried:
         """The planes and the placed bricks; a number that leaves them equal has no effect."""
         if self.timeline is None:
             return None
-        return self.timeline.world, [(each.brick, each.pose) for each in self.timeline.placements if not each.hits]
+        return self.timeline.final_world, [
+            (each.brick, each.pose) for each in self.timeline.placements if not each.hits
+        ]
 
 
 @dataclass

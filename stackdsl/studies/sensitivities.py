@@ -173,6 +173,8 @@ def _refuse(proofs: Proofs, of: MarginKind) -> None:
         raise SearchError("no brick is set down at rest, so statics has nothing to judge")
     if verdict.stability is not Stability.STABLE:
         raise SearchError(f"{verdict.stability.upper()}: {verdict.reason}; {NO_MARGIN}")
+    if proofs.assembly.problem().applied:
+        raise SearchError("sensitivities are not computed for bricks under `loads`")
     if of is not MarginKind.LOAD_FACTOR and proofs.assembly.problem().has_joints:
         raise SearchError(
             f"sensitivities of the margin of {of.value} are not computed for bricks with joints; "
@@ -294,6 +296,7 @@ class _Moved:
             assembly.gravity,
             assembly.tolerances,
             assembly.joints,
+            assembly.loads,
         )
         for placed in assembly.bricks.values():
             self._structure.put(placed)

@@ -25,6 +25,7 @@ from stackdsl.simulation.systems import as_played
 from stackdsl.timeline import (
     HandAction,
     JointsAction,
+    LoadsAction,
     Placement,
     PushAction,
     Removal,
@@ -130,8 +131,8 @@ class _Structure:
             match moment:
                 case Removal():
                     verdict, undo = self._taken_out(moment)
-                case JointsAction():
-                    verdict, undo = self._rejoined(moment)
+                case JointsAction() | LoadsAction():
+                    verdict, undo = self._changed(moment)
                 case _:
                     verdict, undo = self._set_down(moment)
             if verdict.stability is not Stability.STABLE:
@@ -157,9 +158,9 @@ class _Structure:
         verdict = self.assembly.remove(removal.bricks, names_smallest=self.names_smallest)
         return verdict, lambda: self.assembly.add_all(removed)
 
-    def _rejoined(self, change: JointsAction) -> tuple[Verdict, Callable[[], object]]:
+    def _changed(self, change: JointsAction | LoadsAction) -> tuple[Verdict, Callable[[], object]]:
         before = self.assembly
-        self.assembly = before.with_joints(change.joints)
+        self.assembly = change.on(before)
         return self.assembly.verdict(), lambda: setattr(self, "assembly", before)
 
 

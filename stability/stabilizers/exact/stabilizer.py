@@ -10,6 +10,7 @@ from stability.dynamics.ground_motion import GroundMotion
 from stability.engines.protocol import AcceptsForces, Engine, RecordsSteps, WeldingEngine
 from stability.geometry.vectors import cross, norm, scale
 from stability.joints import DRY, Joints
+from stability.loads import Loads
 from stability.model import AT_REST, BodyId, BodyState, Plane, Pose, Vec3
 from stability.name_order import names_text
 from stability.problem import Placed, Stability, Stage, Tolerances, Verdict
@@ -73,6 +74,7 @@ def changed(
             fixed.tables,
             overlap=inf,
             joints=assembly.joints,
+            loads=assembly.loads,
         )
         verdict = assembly.add_all(standing)
     return ChangedAssembly(assembly, verdict, pushed)
@@ -190,6 +192,21 @@ class ProvenStability(Stabilizer):
         woken = self._wake_released(judgement)
         reason = judgement.first.reason if woken else ""
         return Update((), woken, judgement.lowest, reason, opened=judgement.opened)
+
+    def loaded(self, loads: Loads) -> Update:
+        """Handle other loads on bricks: bricks that cannot stand under them wake immediately."""
+        self._dead_loads.applied, self.assembly = loads, self.assembly.with_loads(loads)
+        judgement = release_until_stable(self.assembly, self.assembly.verdict())
+        self._verdict = judgement.first
+        woken = self._wake_released(judgement)
+        self._dead_loads.woken(self._awake.names)
+        self._dead_loads.exert()
+        reason = f"under its loads, {judgement.first.reason}" if woken else ""
+        return Update((), woken, judgement.lowest, reason, opened=judgement.opened)
+
+    def moves_under_loads(self) -> bool:
+        """Return whether loads act on bricks in motion."""
+        return self._dead_loads.are_applied
 
     def update(self) -> Update:
         """Judge external changes, disturbances, bricks that have come to rest, and the motion of the ground."""
@@ -408,7 +425,7 @@ class ProvenStability(Stabilizer):
         planes = self.planes if self.planes is not None else fixed_bodies(self.engine, self.friction)[0]
         standing = tuple(self.assembly.bricks.values())
         site = planes, self.friction, self.assembly.gravity, self.tolerances, tables
-        self.assembly = Assembly(*site, overlap=inf, joints=self._joined.joints)
+        self.assembly = Assembly(*site, overlap=inf, joints=self._joined.joints, loads=self.assembly.loads)
         judgement = release_until_stable(self.assembly, self.assembly.add_all([*standing, *added]))
         self._verdict = judgement.first
         names = [placed.brick.id for placed in added]

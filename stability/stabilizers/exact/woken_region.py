@@ -11,10 +11,11 @@ from stability.contacts.detection import contact_between
 from stability.dynamics.rigid_body import AppliedForce
 from stability.engines.protocol import AcceptsForces, Engine, WeldingEngine
 from stability.geometry.placed_shape import apart
-from stability.geometry.vectors import add, dot, norm, scale, turn_between
+from stability.geometry.vectors import add, cross, dot, norm, scale, subtract, turn_between
 from stability.graph import components, reached
+from stability.loads import UNLOADED, Loads
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
-from stability.problem import Contact, Placed, Tolerances, by_place
+from stability.problem import Contact, Placed, Tolerances, Wrench, by_place
 from stability.stabilizers.exact.candidates import release_until_stable
 from stability.stabilizers.protocol import BrickObserver
 from stability.statics.assembly import Assembly
@@ -308,7 +309,14 @@ class DeadLoads(BrickObserver):
     engine: Engine
     presser: AcceptsForces | None  # None: there are no dead loads
     _carrying: dict[BodyId, Placed] = field(default_factory=dict, init=False)  # woken bricks at their rest poses
+    applied: Loads = field(default=UNLOADED, init=False)  # on bricks from outside the scene
     _loads: dict[BodyId, list[DeadLoad]] = field(default_factory=dict, init=False)  # by carrying brick
+    _pushed: set[BodyId] = field(default_factory=set, init=False)  # moving bricks with applied loads
+
+    @property
+    def are_applied(self) -> bool:
+        """Whether applied loads act on bricks in motion."""
+        return bool(self._pushed)
 
     def take_over(self, forces: Tally, woken: Iterable[Placed], frozen: Mapping[BodyId, Placed]) -> None:
         """Add the loads on woken bricks that carried frozen ones with these forces."""
@@ -319,11 +327,17 @@ class DeadLoads(BrickObserver):
 
     def exert(self) -> None:
         """Apply the loads in the engine for the next step."""
-        if self.presser is None or not self._loads:
+        if self.presser is None or not (self._loads or self._pushed):
             return
+        forces: defaultdict[BodyId, list[AppliedForce]] = defaultdict(list)
         for brick, state in self._states().items():
             carrying = replace(self._carrying[brick], pose=state.pose)
-            self.presser.apply_forces(brick, [force for load in self._loads[brick] for force in load.on(carrying)])
+            forces[brick] += [force for load in self._loads[brick] for force in load.on(carrying)]
+        for brick, state in self.engine.states(sorted(self._pushed)).items():
+            for load in self.applied.on(brick):
+                forces[brick] += _as_forces(load.at(state.pose), state.pose)
+        for brick, on_brick in forces.items():
+            self.presser.apply_forces(brick, on_brick)
 
     def reactions(self) -> Mapping[BodyId, list[ContactPoint]]:
         """Return the reactions of the woken bricks on the frozen ones, as contact points by frozen brick."""
@@ -343,6 +357,7 @@ class DeadLoads(BrickObserver):
         """Take over the records of another instance."""
         self._loads |= other._loads
         self._carrying |= other._carrying
+        self._pushed |= other._pushed
 
     def _states(self) -> Mapping[BodyId, BodyState]:
         return self.engine.states(sorted(self._loads))
@@ -352,10 +367,12 @@ class DeadLoads(BrickObserver):
         for brick in bricks:
             self._loads.pop(brick, None)
             self._carrying.pop(brick, None)
+            self._pushed.discard(brick)
 
     def woken(self, bricks: Collection[BodyId]) -> None:
-        """Drop the loads from woken bricks, which press by their own weight."""
+        """Drop the loads from woken bricks, which press by their own weight, and apply those on them."""
         self._drop_from(bricks)
+        self._pushed.update(brick for brick in bricks if self.applied.on(brick))
 
     def removed(self, bricks: Collection[BodyId]) -> None:
         """Drop the loads on and from removed bricks."""
@@ -365,6 +382,21 @@ class DeadLoads(BrickObserver):
     def _drop_from(self, pressing: Container[BodyId]) -> None:
         for brick, loads in self._loads.items():
             self._loads[brick] = [load for load in loads if load.by.brick.id not in pressing]
+
+
+def _as_forces(load: Wrench, pose: Pose) -> list[AppliedForce]:
+    """Return a load as forces at points: one at the centre of mass, and a couple."""
+    forces = [AppliedForce(load.force_W, pose.position_W, 0.0)] if norm(load.force_W) > 0.0 else []
+    size = norm(load.torque_W)
+    if size > 0.0:
+        axis_W = scale(1.0 / size, load.torque_W)
+        arm_W = cross(axis_W, (1.0, 0.0, 0.0) if abs(axis_W[0]) < abs(axis_W[1]) else (0.0, 1.0, 0.0))
+        arm_W = scale(1.0 / norm(arm_W), arm_W)
+        # The forces of the couple are 2 m apart: each is half the torque.
+        turning_W = scale(0.5 * size, cross(axis_W, arm_W))
+        forces.append(AppliedForce(turning_W, add(pose.position_W, arm_W), 0.0))
+        forces.append(AppliedForce(scale(-1.0, turning_W), subtract(pose.position_W, arm_W), 0.0))
+    return forces
 
 
 def _loads_on(brick: BodyId, forces: Tally, frozen: Mapping[BodyId, Placed]) -> Iterator[DeadLoad]:

@@ -41,7 +41,7 @@ class Margin(AtLeastOneKey, ClaimKind):
     )
     placement: t.LengthTolerance | None = Field(None, description="permissible error in the position of every brick")
     load_factor: t.LoadFactorTolerance | None = Field(
-        None, description="multiple of its own weight that the structure bears"
+        None, description="multiple of its own weight, or of its `loads` if it has some, that the structure bears"
     )
 
     needs_statics: ClassVar[bool] = True

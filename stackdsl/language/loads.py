@@ -1,0 +1,177 @@
+"""Loads of a scenario: lasting forces, weights, pressures, moments and line loads on bricks."""
+
+import re
+from typing import Annotated, ClassVar, Final, Self
+
+from pydantic import Field, model_validator
+
+from stability.model import Vec3
+from stackdsl.language import value_types as t
+from stackdsl.language.model_base import AnchorText, Timed
+from stackdsl.language.quantities import (
+    ANGLE,
+    FORCE,
+    LINE_LOAD,
+    MASS,
+    MOMENT,
+    PRESSURE,
+    InputError,
+    as_text,
+    exact_quantity,
+    parse_quantity,
+    quantity_pattern,
+    shown,
+)
+
+MAX_LOADS: Final = 1000
+
+UP: Final[Vec3] = (0.0, 0.0, 1.0)
+DOWN: Final[Vec3] = (0.0, 0.0, -1.0)
+# Directions by word; all others are horizontal, given by a bearing.
+WORDS: Final = {"down": DOWN, "up": UP}
+FACES: Final = {"top": UP, "bottom": DOWN}
+
+Direction = str | float  # a word, or a bearing [rad]
+
+
+def _read_direction(written: object, words: tuple[str, str], noun: str) -> Direction:
+    if isinstance(written, str) and written.strip() in words:
+        return written.strip()
+    hint = f"write {words[0]}, {words[1]}, or a horizontal bearing such as 90 deg, from +x towards +y"
+    if isinstance(written, str) and re.fullmatch(r"[A-Za-z]+", written.strip()):
+        raise InputError("SD104", f"{shown(written)} is not {noun}", hint)
+    try:
+        return parse_quantity(written, ANGLE)
+    except InputError as error:
+        raise InputError(error.code, error.message, hint) from error
+
+
+def _direction(words: tuple[str, str], noun: str) -> t.Reads:
+    pattern = rf"{words[0]}|{words[1]}|{quantity_pattern(ANGLE)}"
+    return t.Reads(lambda written: _read_direction(written, words, noun), t.text_schema(pattern, noun, words[0]))
+
+
+Towards = Annotated[Direction, _direction(("down", "up"), "a direction")]
+FaceName = Annotated[Direction, _direction(("top", "bottom"), "a face")]
+
+
+class Weighed(float):
+    """A mass, whose weight depends on the gravity of the scene [kg]."""
+
+
+def _read_weight(written: object) -> float:
+    """Read a weight: a force [N], or a mass [kg]."""
+    text = as_text(written, FORCE)
+    if re.search(r"(?<![A-Za-z])k?g$", text):
+        return Weighed(parse_quantity(written, MASS))
+    try:
+        exact_quantity(text, FORCE)
+    except InputError as error:
+        hint = "write a mass such as 20 kg, or a force such as 200 N"
+        raise InputError(error.code, error.message.replace("a force", "a weight"), hint) from error
+    return parse_quantity(written, FORCE)
+
+
+_WEIGHT: Final = t.text_schema(
+    rf"{quantity_pattern(MASS)}|{quantity_pattern(FORCE)}", "a mass or a force with its unit", "20 kg"
+)
+
+
+Place = tuple[t.Length, t.Length, t.Length]
+
+
+class Load(Timed):
+    """A load that lasts, on bricks of the structure."""
+
+    at: t.Duration | None = Field(
+        None, description="time at which the load begins; default: when the structure is complete"
+    )
+    after: AnchorText | None = Field(None, description="event after which the load begins")
+
+    force: Annotated[float, t.quantity(FORCE)] | None = Field(None, description="force in the direction of `towards`")
+    weight: Annotated[float, t.Reads(_read_weight, _WEIGHT)] | None = Field(
+        None, description="weight that lies on the brick: a mass, or a force downwards"
+    )
+    pressure: Annotated[float, t.quantity(PRESSURE)] | None = Field(
+        None, description="pressure on the whole of `face`; negative for suction"
+    )
+    moment: Annotated[float, t.quantity(MOMENT)] | None = Field(
+        None, description="moment about an axis in the direction of `about`, by the right-hand rule"
+    )
+    line: Annotated[float, t.quantity(LINE_LOAD)] | None = Field(
+        None, description="force per length in the direction of `towards`, between the points `from` and `to`"
+    )
+
+    brick: t.BodyName | None = Field(None, description="name of the loaded brick")
+    bricks: t.BodyNames | None = Field(
+        None, description="names of loaded bricks, which share a force, a weight or a moment equally"
+    )
+    level: t.Levels | None = Field(
+        None, description="loaded level, whose bricks share a force, a weight or a moment equally"
+    )
+
+    towards: Towards | None = Field(
+        None, description="direction of the force: `down`, `up`, or a horizontal bearing from +x towards +y"
+    )
+    about: Towards | None = Field(
+        None, description="axis of the moment: `up`, `down`, or a horizontal bearing from +x towards +y"
+    )
+    face: FaceName | None = Field(
+        None, description="loaded face, by its outward direction: `top`, `bottom`, or a horizontal bearing"
+    )
+    point: Place | None = Field(
+        None,
+        description="point of application, relative to the centre of the brick, along the axes of the scene; "
+        "default: the middle of `face`, or the centre",
+    )
+    from_: Place | None = Field(None, alias="from", description="beginning of a line load, as `point`")
+    to: Place | None = Field(None, description="end of a line load, as `point`")
+
+    one_of: ClassVar[tuple[str, ...]] = ("force", "weight", "pressure", "moment", "line")
+    also_one_of: ClassVar[tuple[str, ...]] = ("brick", "bricks", "level")
+    examples: ClassVar = {"force": "50 N", "brick": "L3.1"}
+    # The keys of each kind of load: those that it needs, and those that it may have.
+    needs: ClassVar = {
+        "force": ("towards",),
+        "weight": (),
+        "pressure": ("face",),
+        "moment": ("about",),
+        "line": ("towards", "from_", "to"),
+    }
+    allows: ClassVar = {"force": ("point", "face"), "weight": ("point", "face")}
+    values: ClassVar = {
+        "towards": "towards: 90 deg` or `towards: down",
+        "about": "about: 90 deg",
+        "face": "face: top",
+        "from_": "from: [0 mm, -50 mm, 0 mm]",
+        "to": "to: [0 mm, 50 mm, 0 mm]",
+    }
+
+    @model_validator(mode="after")
+    def _keys_of_kind(self) -> Self:
+        kind = self.kind
+        for key in self.needs[kind]:
+            if getattr(self, key) is None:
+                named = {"towards": "direction", "about": "axis"}.get(key)
+                what = f"no {named}" if named else f"no `{self._spelling(key)}`"
+                raise InputError("SD102", f"the load `{kind}` has {what}", f"add `{self.values[key]}`")
+        for key in ("towards", "about", "face", "point", "from_", "to"):
+            if getattr(self, key) is not None and key not in (*self.needs[kind], *self.allows.get(kind, ())):
+                raise InputError("SD108", f"`{self._spelling(key)}` does not apply to the load `{kind}`", "remove it")
+        return self
+
+    @model_validator(mode="after")
+    def _place_on_one(self) -> Self:
+        key = next((key for key in ("point", "from_") if getattr(self, key) is not None), None)
+        if key is not None and self.brick is None:
+            raise InputError(
+                "SD108", f"`{self._spelling(key)}` is a place on a single brick", "name it with `brick`, or remove it"
+            )
+        if self.point is not None and self.face is not None:
+            raise InputError("SD108", "`point` and `face` exclude each other", "remove one of them")
+        if self.from_ is not None and self.from_ == self.to:
+            raise InputError("SD104", "the line has no length", "write different points, or use `force`")
+        return self
+
+
+Loads = Annotated[tuple[Load, ...], Field(max_length=MAX_LOADS)]
