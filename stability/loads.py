@@ -1,9 +1,9 @@
 """Loads that last: forces and moments on bricks besides their weight."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from stability.geometry.vectors import add, admit_numbers, cross, listed, rotate, short_repr
+from stability.geometry.vectors import add, add_scaled, admit_numbers, cross, listed, rotate, scale, short_repr
 from stability.model import BodyId, Pose, Vec3
 from stability.problem import ZERO, Placed, Wrench
 
@@ -18,6 +18,10 @@ class Load:
     moment: Vec3 = ZERO  # [N m]
     # Whether force and moment are in axes of the brick and turn with it, as a pressure; otherwise they are in W.
     turns: bool = False
+
+    def times(self, factor: float) -> "Load":
+        """Return the load times a factor."""
+        return replace(self, force=scale(factor, self.force), moment=scale(factor, self.moment))
 
     def at(self, pose: Pose) -> Wrench:
         """Return force and torque about the centre of mass of its brick at a pose."""
@@ -50,6 +54,11 @@ class Loads:
         """The loaded bricks."""
         return self._of.keys()
 
+    def towards(self, other: "Loads", part: float) -> "Loads":
+        """Return the loads at a part of the way to others, which have the same places in the same order."""
+        pairs = zip(self.loads, other.loads, strict=True)
+        return Loads(tuple(_between(one, last, part) for one, last in pairs))
+
     def wrench(self, placed: Placed) -> Wrench | None:
         """Return the sum of all loads on a brick; None if there are none."""
         force_W, torque_W = ZERO, ZERO
@@ -60,6 +69,27 @@ class Loads:
 
 
 UNLOADED = Loads()
+
+
+def _between(one: Load, other: Load, part: float) -> Load:
+    force = add_scaled(scale(1.0 - part, one.force), part, other.force)
+    return replace(one, force=force, moment=add_scaled(scale(1.0 - part, one.moment), part, other.moment))
+
+
+@dataclass(frozen=True, slots=True)
+class LoadCourse:
+    """Loads that change in proportion to the time between two times, and stay as they are before and after."""
+
+    first: Loads
+    last: Loads
+    begins: float = 0.0  # [s]
+    ends: float = 0.0
+
+    def at(self, time: float) -> Loads:
+        """Return the loads at a time [s]."""
+        if time >= self.ends or self.first == self.last:
+            return self.last
+        return self.first.towards(self.last, max(0.0, (time - self.begins) / (self.ends - self.begins)))
 
 
 def admit_loads(loads: object) -> None:

@@ -41,6 +41,12 @@ class Wrench:
     force_W: Vec3
     torque_W: Vec3 = ZERO
 
+    def minus(self, other: "Wrench | None") -> "Wrench":
+        """Return the difference to another wrench, or to none."""
+        if other is None:
+            return self
+        return Wrench(subtract(self.force_W, other.force_W), subtract(self.torque_W, other.torque_W))
+
 
 @dataclass(frozen=True, slots=True)
 class Contact:
@@ -74,14 +80,7 @@ class Problem:
     @property
     def unloaded(self) -> "Problem":
         """Return the problem under the weights of the bricks alone."""
-        alone = {
-            name: Wrench(
-                subtract(load.force_W, self.applied[name].force_W), subtract(load.torque_W, self.applied[name].torque_W)
-            )
-            if name in self.applied
-            else load
-            for name, load in self.loads.items()
-        }
+        alone = {name: load.minus(self.applied.get(name)) for name, load in self.loads.items()}
         return replace(self, loads=alone, applied={})
 
     @property

@@ -14,9 +14,9 @@ from typing import Literal, TypeAlias
 from stability.contact_law import GivenFriction, as_friction
 from stability.dynamics.ground_motion import GroundMotion, HandCourse
 from stability.joints import DRY, Joints
-from stability.loads import UNLOADED, Loads
+from stability.loads import UNLOADED, LoadCourse, Loads
 from stability.model import AT_REST, BodyId, Brick, Plane, Pose, Vec3
-from stability.problem import Tolerances
+from stability.problem import Stability, Tolerances
 from stability.statics.assembly import Assembly
 
 
@@ -150,12 +150,18 @@ class LoadsAction:
     """The loads on bricks change."""
 
     time: float  # [s]
-    loads: Loads  # on all bricks, from now on
-    bricks: tuple[BodyId, ...]  # whose loads change
+    course: LoadCourse  # of the loads on all bricks, from now on
+    bricks: tuple[BodyId, ...]  # that are in place and whose loads begin; none if loads only go on
 
     def on(self, assembly: Assembly) -> Assembly:
-        """Return the structure under these loads, judged again."""
-        return assembly.with_loads(self.loads)
+        """Return the structure under these loads, judged again.
+
+        Contacts that bear the loads at both ends of the course also bear those between.
+        """
+        judged = assembly.with_loads(self.course.first)
+        if self.course.last == self.course.first or judged.verdict().stability is not Stability.STABLE:
+            return judged
+        return judged.with_loads(self.course.last)
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,7 +266,7 @@ class Timeline:
             if isinstance(action, JointsAction):
                 world = replace(world, joints=action.joints)
             elif isinstance(action, LoadsAction):
-                world = replace(world, loads=action.loads)
+                world = replace(world, loads=action.course.last)
         return world
 
     @property

@@ -11,7 +11,7 @@ from stability.problem import Verdict
 
 if TYPE_CHECKING:
     from stability.joints import Joints
-    from stability.loads import Loads
+    from stability.loads import LoadCourse
     from stability.statics.assembly import Assembly
 
 
@@ -120,7 +120,7 @@ class Stabilizer(Protocol):
         """Handle other joints of all bricks: bricks that cannot stand with them wake immediately."""
         return Update()
 
-    def loaded(self, loads: "Loads") -> Update:
+    def loaded(self, course: "LoadCourse") -> Update:
         """Handle other loads on bricks: bricks that cannot stand under them wake immediately."""
         return Update()
 

@@ -1,14 +1,14 @@
 """Loads of a scenario: their bricks by name, their forces in W, and refusals of what is not computed under loads."""
 
-from collections.abc import Iterator
-from itertools import pairwise
+from collections.abc import Iterator, Sequence
+from itertools import pairwise, zip_longest
 from math import cos, sin
 from typing import Final
 
 from stability.geometry.placed_shape import distance_outside, in_place
 from stability.geometry.vectors import add, add_scaled, cross, dot, inverse, norm, rotate, scale, subtract
 from stability.loads import Load as AppliedLoad
-from stability.loads import Loads
+from stability.loads import LoadCourse, Loads
 from stability.model import ConvexShape, Face, Quaternion, Vec3
 from stackdsl.compiler.bricks import ActionOrder, ResolvedBrick
 from stackdsl.compiler.fit import OVERLAP
@@ -16,7 +16,7 @@ from stackdsl.compiler.joints import are_joined
 from stackdsl.compiler.schedule import ResolvedScenario, tilt_of
 from stackdsl.diagnostics import Diagnostic, did_you_mean
 from stackdsl.language.claims.claim import Claim
-from stackdsl.language.loads import DOWN, FACES, WORDS, Direction, Load, Weighed
+from stackdsl.language.loads import DOWN, FACES, WORDS, Direction, Load
 from stackdsl.language.schema import Scenario
 from stackdsl.language.value_types import named_in
 from stackdsl.language.yaml.source import KeyPath, Source
@@ -32,16 +32,43 @@ AS_WELL: Final = 1e-6  # difference of two cosines below which two faces are nam
 
 def loads_in_time(built: ResolvedScenario, scenario: Scenario) -> Iterator[tuple[ActionOrder, LoadsAction]]:
     """Yield the changes of loads in order of time."""
-    by_time: dict[ActionOrder, list[AppliedLoad]] = {}
-    for load, begins in zip(scenario.loads, built.loaded, strict=True):
-        by_time.setdefault(begins, []).extend(applied(load, built, scenario))
-    acting: list[AppliedLoad] = []
-    for begins in sorted(by_time):
-        acting += by_time[begins]
-        # The timeline is the same whatever the order of the file.
-        acting.sort(key=lambda load: load.brick)
-        bricks = tuple(sorted({load.brick for load in by_time[begins]}))
-        yield begins, LoadsAction(begins.time, Loads(tuple(acting)), bricks)
+    courses = [
+        (
+            begins.time,
+            [(begins.time + time, amount) for time, amount in load.rows],
+            list(applied(load, built, scenario)),
+        )
+        for load, begins in zip(scenario.loads, built.loaded, strict=True)
+    ]
+    # The timeline is the same whatever the order of the file.
+    courses.sort(key=lambda course: repr(course[2]))
+    placed = {brick.name: brick.placed.time for brick in built.bricks}
+    times = sorted({time for begins, rows, _ in courses for time in (begins, *(row[0] for row in rows))})
+    for time, next_time in zip_longest(times, times[1:]):
+        acting = [(rows, units) for begins, rows, units in courses if begins <= time]
+        first = Loads(tuple(unit.times(_amount(rows, time)) for rows, units in acting for unit in units))
+        last = first
+        if next_time is not None:
+            until = next_time
+            last = Loads(
+                tuple(unit.times(_amount(rows, until, before=True)) for rows, units in acting for unit in units)
+            )
+        begun = {unit.brick for begins, _, units in courses if begins == time for unit in units}
+        bricks = tuple(sorted(brick for brick in begun if placed[brick] <= time))
+        course = LoadCourse(first, last, time, time if next_time is None else next_time)
+        yield ActionOrder(time, len(scenario.impacts) + 2), LoadsAction(time, course, bricks)
+
+
+def _amount(rows: Sequence[tuple[float, float]], time: float, *, before: bool = False) -> float:
+    """Return the amount of a table at a time, or just before it; two rows with one time are a jump."""
+    past = [row for row in rows if (row[0] < time if before else row[0] <= time)]
+    if not past:
+        return rows[0][1] if rows[0][0] == time else 0.0
+    (start, amount), later = past[-1], rows[len(past) :]
+    if not later:
+        return amount
+    end, target = later[0]
+    return amount + (target - amount) * (time - start) / (end - start)
 
 
 def loaded_bricks(load: Load, built: ResolvedScenario) -> list[ResolvedBrick]:
@@ -53,7 +80,7 @@ def loaded_bricks(load: Load, built: ResolvedScenario) -> list[ResolvedBrick]:
 
 
 def applied(load: Load, built: ResolvedScenario, scenario: Scenario) -> Iterator[AppliedLoad]:
-    """Yield the parts of a load on each of its bricks."""
+    """Yield the parts of a load of the amount 1 on each of its bricks."""
     bricks, tilt = loaded_bricks(load, built), tilt_of(scenario)
     share = 1.0 / len(bricks) if bricks else 0.0
     for brick in bricks:
@@ -63,21 +90,22 @@ def applied(load: Load, built: ResolvedScenario, scenario: Scenario) -> Iterator
             face = face_of(brick, load.face)
             assert isinstance(face, Face)  # others are reported by `invalid_loads`
             middle, area = _middle_and_area(shape, face)
-            yield AppliedLoad(brick.name, scale(-load.pressure * area, face.normal), middle, turns=True)
+            yield AppliedLoad(brick.name, scale(-area, face.normal), middle, turns=True)
             continue
         force, moment, point = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), load.point or (0.0, 0.0, 0.0)
         point_B = rotate(inverse(pose.orientation), point)
         if load.weight is not None:
-            weighs = load.weight * (scenario.world.gravity if isinstance(load.weight, Weighed) else 1.0)
-            force = scale(share * weighs, DOWN)  # along gravity also in a tilted scene
+            force = scale(
+                share * (scenario.world.gravity if load.is_mass else 1.0), DOWN
+            )  # along gravity also in a tilted scene
         elif load.force is not None and load.towards is not None:
-            force = _turned(scale(share * load.force, direction_of(load.towards)), tilt)
+            force = _turned(scale(share, direction_of(load.towards)), tilt)
         elif load.moment is not None and load.about is not None:
-            moment = _turned(scale(share * load.moment, direction_of(load.about)), tilt)
+            moment = _turned(scale(share, direction_of(load.about)), tilt)
         elif load.line is not None and load.towards is not None and load.from_ is not None and load.to is not None:
             # On a rigid brick, a uniform line load acts as its resultant.
             length = norm(subtract(load.to, load.from_))
-            force = _turned(scale(load.line * length, direction_of(load.towards)), tilt)
+            force = _turned(scale(length, direction_of(load.towards)), tilt)
             point_B = rotate(inverse(pose.orientation), scale(0.5, add(load.from_, load.to)))
         if load.face is not None:
             face = face_of(brick, load.face)

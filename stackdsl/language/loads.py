@@ -1,20 +1,27 @@
 """Loads of a scenario: lasting forces, weights, pressures, moments and line loads on bricks."""
 
 import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
 from typing import Annotated, ClassVar, Final, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from stability.model import Vec3
 from stackdsl.language import value_types as t
 from stackdsl.language.model_base import AnchorText, Timed
 from stackdsl.language.quantities import (
     ANGLE,
+    DURATION,
     FORCE,
     LINE_LOAD,
     MASS,
     MOMENT,
     PRESSURE,
+    SHARE,
+    Dimension,
     InputError,
     as_text,
     exact_quantity,
@@ -55,6 +62,65 @@ Towards = Annotated[Direction, _direction(("down", "up"), "a direction")]
 FaceName = Annotated[Direction, _direction(("top", "bottom"), "a face")]
 
 
+Row = tuple[float, float]
+
+
+def in_order_of_time(rows: Sequence[Row]) -> Sequence[Row]:
+    """Return the rows of a table over time. Raises InputError if times decrease, or are all the same."""
+    for number, (before, after) in enumerate(pairwise(rows), start=2):
+        if after[0] < before[0]:
+            message = f"row {number} of the table is at {after[0]:g} s, but the row above is at {before[0]:g} s"
+            raise InputError(
+                "SD104", message, "sort the rows by time; two rows with the same time define a step change"
+            )
+    if rows[-1][0] == rows[0][0]:
+        raise InputError("SD104", "all rows of the table have the same time", "add a row with a later time")
+    return rows
+
+
+MOST_ROWS: Final = 1000  # the structure is judged again at each
+SHARE_OF_LOAD: Final = replace(SHARE, least=-1e3, most=1e3)
+Table = Annotated[
+    tuple[tuple[t.Duration, Annotated[float, t.quantity(SHARE_OF_LOAD)]], ...],
+    Field(min_length=2, max_length=MOST_ROWS),
+    AfterValidator(in_order_of_time),
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Growing:
+    """An amount that grows or falls in proportion to the time."""
+
+    first: float
+    last: float
+    over: float  # [s]
+
+
+Amount = float | Growing
+_GROWING: Final = re.compile(r"from\s+(\S.*?)\s+to\s+(\S.*?)\s+over\s+(\S.*)")
+
+
+def _read_amount(written: object, read: Callable[[object], float]) -> Amount:
+    """Read a constant amount, or one that grows, such as `from 0 N to 50 N over 10 s`."""
+    match = _GROWING.fullmatch(written.strip()) if isinstance(written, str) else None
+    if match is None:
+        return read(written)
+    over = parse_quantity(match[3], replace(DURATION, positive=True))
+    return Growing(read(match[1]), read(match[2]), over)
+
+
+def _amount(dimension: Dimension) -> t.Reads:
+    """Return parser and schema of an amount that may grow."""
+    return _growing(partial(parse_quantity, dimension=dimension), quantity_pattern(dimension), dimension)
+
+
+def _growing(read: Callable[[object], float], pattern: str, dimension: Dimension) -> t.Reads:
+    grows = rf"from\s+{pattern}\s+to\s+{pattern}\s+over\s+{quantity_pattern(DURATION)}"
+    schema = t.text_schema(rf"{pattern}|{grows}", f"{dimension.noun} with its unit", dimension.example)
+    schema["pattern"] = f"{schema['pattern']}|{t.DISTRIBUTION_PATTERN}"
+    return t.Reads(partial(_read_amount, read=read), {"anyOf": [{"const": 0}, schema]})
+
+
 class Weighed(float):
     """A mass, whose weight depends on the gravity of the scene [kg]."""
 
@@ -72,9 +138,7 @@ def _read_weight(written: object) -> float:
     return parse_quantity(written, FORCE)
 
 
-_WEIGHT: Final = t.text_schema(
-    rf"{quantity_pattern(MASS)}|{quantity_pattern(FORCE)}", "a mass or a force with its unit", "20 kg"
-)
+_WEIGHT: Final = _growing(_read_weight, rf"(?:{quantity_pattern(MASS)}|{quantity_pattern(FORCE)})", MASS)
 
 
 Place = tuple[t.Length, t.Length, t.Length]
@@ -88,17 +152,17 @@ class Load(Timed):
     )
     after: AnchorText | None = Field(None, description="event after which the load begins")
 
-    force: Annotated[float, t.quantity(FORCE)] | None = Field(None, description="force in the direction of `towards`")
-    weight: Annotated[float, t.Reads(_read_weight, _WEIGHT)] | None = Field(
+    force: Annotated[Amount, _amount(FORCE)] | None = Field(None, description="force in the direction of `towards`")
+    weight: Annotated[Amount, _WEIGHT] | None = Field(
         None, description="weight that lies on the brick: a mass, or a force downwards"
     )
-    pressure: Annotated[float, t.quantity(PRESSURE)] | None = Field(
+    pressure: Annotated[Amount, _amount(PRESSURE)] | None = Field(
         None, description="pressure on the whole of `face`; negative for suction"
     )
-    moment: Annotated[float, t.quantity(MOMENT)] | None = Field(
+    moment: Annotated[Amount, _amount(MOMENT)] | None = Field(
         None, description="moment about an axis in the direction of `about`, by the right-hand rule"
     )
-    line: Annotated[float, t.quantity(LINE_LOAD)] | None = Field(
+    line: Annotated[Amount, _amount(LINE_LOAD)] | None = Field(
         None, description="force per length in the direction of `towards`, between the points `from` and `to`"
     )
 
@@ -108,6 +172,11 @@ class Load(Timed):
     )
     level: t.Levels | None = Field(
         None, description="loaded level, whose bricks share a force, a weight or a moment equally"
+    )
+
+    table: Table | None = Field(
+        None,
+        description="rows [time after the beginning, share of the load], linear in between; the last share lasts",
     )
 
     towards: Towards | None = Field(
@@ -146,6 +215,36 @@ class Load(Timed):
         "from_": "from: [0 mm, -50 mm, 0 mm]",
         "to": "to: [0 mm, 50 mm, 0 mm]",
     }
+
+    @property
+    def amount(self) -> Amount:
+        """Return the force, weight, pressure, moment or force per length."""
+        written: Amount = getattr(self, self.kind)
+        return written
+
+    @property
+    def rows(self) -> Sequence[Row]:
+        """Return times after the beginning [s] with the amounts then, in order; the last amount lasts."""
+        if isinstance(self.amount, Growing):
+            return ((0.0, self.amount.first), (self.amount.over, self.amount.last))
+        return tuple((time, share * self.amount) for time, share in self.table or ((0.0, 1.0),))
+
+    @property
+    def is_mass(self) -> bool:
+        """Whether the amounts are masses [kg]."""
+        amounts = (self.amount.first, self.amount.last) if isinstance(self.amount, Growing) else (self.amount,)
+        return any(isinstance(amount, Weighed) for amount in amounts)
+
+    @model_validator(mode="after")
+    def _grow_once(self) -> Self:
+        if not isinstance(self.amount, Growing):
+            return self
+        if self.table is not None:
+            raise InputError("SD108", "a load that grows has no `table`", "remove one of them")
+        first, last = self.amount.first, self.amount.last
+        if isinstance(first, Weighed) is not isinstance(last, Weighed) and first and last:
+            raise InputError("SD104", "the load grows from a mass to a force", "write both as masses or as forces")
+        return self
 
     @model_validator(mode="after")
     def _keys_of_kind(self) -> Self:

@@ -1,10 +1,8 @@
 """Pydantic models of a scenario, with a description of every key."""
 
-from collections.abc import Sequence
 from copy import copy
 from functools import cache
 from importlib.util import find_spec
-from itertools import pairwise
 from math import pi
 from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple, Self, TypeAlias
 
@@ -29,7 +27,7 @@ from stackdsl.language.impacts import IMPACTS, Impact, KindOfImpact
 from stackdsl.language.imports import Import
 from stackdsl.language.joints import Joints, StudGrid
 from stackdsl.language.layouts.registry import LAYOUTS, Layout, LayoutParams
-from stackdsl.language.loads import Loads
+from stackdsl.language.loads import Loads, in_order_of_time
 from stackdsl.language.model_base import AnchorText, AuthorModel, Shorthand, Timed, default, with_kinds
 from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import MAX_BRICKS
@@ -116,19 +114,7 @@ class Xfail(Mark):
 Row: TypeAlias = tuple[t.Duration, t.SignedAcceleration]
 
 
-def _in_order(rows: Sequence[Row]) -> Sequence[Row]:
-    for number, (before, after) in enumerate(pairwise(rows), start=2):
-        if after[0] < before[0]:
-            message = f"row {number} of the table is at {after[0]:g} s, but the row above is at {before[0]:g} s"
-            raise InputError(
-                "SD104", message, "sort the rows by time; two rows with the same time define a step change"
-            )
-    if rows[-1][0] == rows[0][0]:
-        raise InputError("SD104", "all rows of the table have the same time", "add a row with a later time")
-    return rows
-
-
-Table = Annotated[tuple[Row, ...], Field(min_length=2, max_length=100_000), AfterValidator(_in_order)]
+Table = Annotated[tuple[Row, ...], Field(min_length=2, max_length=100_000), AfterValidator(in_order_of_time)]
 
 
 class Shake(Timed):

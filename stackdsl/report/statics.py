@@ -35,7 +35,7 @@ from stackdsl.judging.proofs import (
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, StrongerJoints, remedies_of
 from stackdsl.language.claims.margin import Margin
 from stackdsl.language.joints import JointOfBricks, MortarOrGlue, StudGrid
-from stackdsl.language.loads import Load, Weighed
+from stackdsl.language.loads import Amount, Growing, Load
 from stackdsl.language.schema import Scenario
 from stackdsl.report.blocks import Block, blocks_text, hanging, line, table
 from stackdsl.report.warnings import modified_text
@@ -503,15 +503,9 @@ def _bond_text(bond: MortarOrGlue) -> str:
 
 def _load_line(load: Load) -> str:
     """Return a load in words, with its direction, its place and its bricks."""
-    amounts = {
-        "force": (load.force, "N"),
-        "weight": (load.weight, "kg" if isinstance(load.weight, Weighed) else "N"),
-        "pressure": (load.pressure, "Pa"),
-        "moment": (load.moment, "N*m"),
-        "line": (load.line, "N/m"),
-    }
-    amount, unit = amounts[load.kind]
-    parts = [f"{load.kind} of {amount:g} {unit}"]
+    unit = "kg" if load.is_mass else UNITS_OF_LOADS[load.kind]
+    parts = [f"{load.kind} of {_amount_text(load.amount, unit)}"]
+    parts += [f"times a table up to {time_text(load.table[-1][0])}"] if load.table is not None else []
     parts += [f"towards {_direction_text(load.towards)}"] if load.towards is not None else []
     parts += [f"about {_direction_text(load.about)}"] if load.about is not None else []
     parts += [f"on face {_direction_text(load.face)}"] if load.face is not None else []
@@ -522,6 +516,15 @@ def _load_line(load: Load) -> str:
     names = names_text([load.brick] if load.brick is not None else load.bricks or ())
     parts += [f"on level {load.level}" if load.level is not None else f"on {names}"]
     return f"  load: {' '.join(parts)}"
+
+
+UNITS_OF_LOADS = {"force": "N", "weight": "N", "pressure": "Pa", "moment": "N*m", "line": "N/m"}
+
+
+def _amount_text(amount: Amount, unit: str) -> str:
+    if isinstance(amount, Growing):
+        return f"{amount.first:g} {unit} to {amount.last:g} {unit} over {time_text(amount.over)}"
+    return f"{amount:g} {unit}"
 
 
 def _direction_text(direction: str | float) -> str:
@@ -555,7 +558,7 @@ def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
         match action:
             case Removal():
                 yield f"  {clock(action.time)[1:]}  {', '.join(action.bricks):<{width}}  pulled out"
-            case JointsAction() | LoadsAction():
+            case JointsAction() | LoadsAction() if action.bricks:
                 change = JOINING[action.change] if isinstance(action, JointsAction) else "loaded"
                 yield f"  {clock(action.time)[1:]}  {names_text(action.bricks):<{width}}  {change}"
             case PushAction():

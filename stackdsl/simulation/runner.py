@@ -299,9 +299,10 @@ class _Run:
             island.stabilizer.rejoined(change.joints)
 
     def _load(self, change: LoadsAction) -> None:
-        self.log.add(Event(change.time, EventKind.LOADED, change.bricks))
+        if change.bricks:
+            self.log.add(Event(change.time, EventKind.LOADED, change.bricks))
         for island in self.islands:
-            island.stabilizer.loaded(change.loads)
+            island.stabilizer.loaded(change.course)
 
     def _push(self, push: PushAction, pieces: Pieces) -> None:
         self.watch.struck()

@@ -11,7 +11,7 @@ from stability.dynamics.ground_motion import GroundMotion
 from stability.engines.protocol import World
 from stability.geometry.vectors import dot
 from stability.joints import Joints
-from stability.loads import Loads
+from stability.loads import LoadCourse
 from stability.model import BodyId, BodyState, Vec3
 from stability.problem import Stability, Verdict
 from stability.stabilizers.known_motion import FallingParts
@@ -197,10 +197,10 @@ class StabilizerDriver:
         if self.extension is not None:
             self._apply(self.clock.timed(self.extension.rejoined, joints))
 
-    def loaded(self, loads: Loads) -> None:
+    def loaded(self, course: LoadCourse) -> None:
         """Report other loads to an extension that judges them."""
         if self.extension is not None:
-            self._apply(self.clock.timed(self.extension.loaded, loads))
+            self._apply(self.clock.timed(self.extension.loaded, course))
 
     def moves_under_loads(self) -> bool:
         """Return whether loads act on bricks in motion."""

@@ -10,7 +10,7 @@ from stability.dynamics.ground_motion import GroundMotion
 from stability.engines.protocol import AcceptsForces, Engine, RecordsSteps, WeldingEngine
 from stability.geometry.vectors import cross, norm, scale
 from stability.joints import DRY, Joints
-from stability.loads import Loads
+from stability.loads import UNLOADED, LoadCourse
 from stability.model import AT_REST, BodyId, BodyState, Plane, Pose, Vec3
 from stability.name_order import names_text
 from stability.problem import Placed, Stability, Stage, Tolerances, Verdict
@@ -34,6 +34,10 @@ from stability.statics.opened_joints import Pair, held_pairs
 
 # Factors on an acceleration of the ground at the end of what joined bricks are proven to bear, until they yield.
 BEYOND = (1.0, 1.0001, 1.001, 1.01)
+
+NO_LOADS = LoadCourse(UNLOADED, UNLOADED)
+# Shares of a course of loads by which they exceed what is borne, until a proof wakes bricks.
+AHEAD = (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 
 # Judgement of the frozen bricks after the caller has moved, pushed or removed some, or changed the fixed bodies.
 
@@ -115,6 +119,8 @@ class ProvenStability(Stabilizer):
     # Repeats steps in which joints open; None: joints of bricks in motion hold until these come to rest.
     recorder: RecordsSteps | None = None
     assembly: Assembly = field(init=False)
+    _course: LoadCourse = field(default=NO_LOADS, init=False)
+    _bears_until: float = field(default=inf, init=False)  # the frozen bricks, under loads that change [s]
     _in_hands: dict[BodyId, Placed | None] = field(default_factory=dict, init=False)  # with its pose if held at rest
     _shaking: Shaking = field(init=False)
     _awake: AwakeBricks = field(init=False)
@@ -193,9 +199,17 @@ class ProvenStability(Stabilizer):
         reason = judgement.first.reason if woken else ""
         return Update((), woken, judgement.lowest, reason, opened=judgement.opened)
 
-    def loaded(self, loads: Loads) -> Update:
-        """Handle other loads on bricks: bricks that cannot stand under them wake immediately."""
-        self._dead_loads.applied, self.assembly = loads, self.assembly.with_loads(loads)
+    def loaded(self, course: LoadCourse) -> Update:
+        """Handle other loads on bricks: bricks that cannot stand under them wake immediately, or when they cannot."""
+        self._course = course
+        update = self._under_loads(self.engine.time())
+        self._bears_until = self._borne_until()
+        return update
+
+    def _under_loads(self, time: float) -> Update:
+        """Judge the frozen bricks under the loads at a time [s]."""
+        loads = self._dead_loads.applied = self._course.at(time)
+        self.assembly = self.assembly.with_loads(loads)
         judgement = release_until_stable(self.assembly, self.assembly.verdict())
         self._verdict = judgement.first
         woken = self._wake_released(judgement)
@@ -208,11 +222,43 @@ class ProvenStability(Stabilizer):
         """Return whether loads act on bricks in motion."""
         return self._dead_loads.are_applied
 
+    def _borne_until(self) -> float:
+        """Return the time until which all frozen bricks are proven to stand under loads that change [s]."""
+        from stability.analysis.load_factor import load_factor  # noqa: PLC0415 -- it brings scipy
+
+        course, now = self._course, self.engine.time()
+        if now >= course.ends or not self.assembly.bricks:
+            return inf
+        ends = self.assembly.with_loads(course.last)
+        if ends.verdict().stability is Stability.STABLE:
+            return inf
+        problem, beyond = self.assembly.problem(), ends.problem().applied
+        grown = {name: load.minus(problem.applied.get(name)) for name, load in beyond.items()}
+        found = load_factor(problem, grown)
+        return now if found is None else now + min(1.0, found.too_large) * (course.ends - now)
+
+    def _wake_loaded(self) -> Update:
+        """Apply the loads of now, and wake the bricks that no longer bear them."""
+        now = self.engine.time()
+        if self._bears_until == inf and not self._dead_loads.are_applied:
+            return Update()
+        if now + ROUNDING < self._bears_until:
+            self._dead_loads.applied = self._course.at(now)
+            return Update()
+        span, until = self._course.ends - self._course.begins, self._bears_until
+        for ahead in AHEAD:
+            update = self._under_loads(until + ahead * span)
+            if update.woken:
+                self._bears_until = self._borne_until()
+                return update
+        self._bears_until = max(self._borne_until(), now + AHEAD[-1] * span)
+        return Update()
+
     def update(self) -> Update:
         """Judge external changes, disturbances, bricks that have come to rest, and the motion of the ground."""
         if self._shaking.has_just_ended():
             self._awake.allow_judgement()  # for bricks woken by the ground alone, or refused while others moved
-        return self._wake_shaken(self._update_at_rest())
+        return self._wake_shaken(self._wake_loaded().then(self._update_at_rest()))
 
     def _update_at_rest(self) -> Update:
         """Judge as if the ground were at rest."""
@@ -439,7 +485,7 @@ class ProvenStability(Stabilizer):
 
     def holds_until(self) -> float:
         """Return the time until which all frozen bricks provably move with the ground [s]; inf if to the end."""
-        return min((held.until for held in self._shaking.held_parts(self.assembly)), default=inf)
+        return min([self._bears_until, *(held.until for held in self._shaking.held_parts(self.assembly))])
 
     def _wake_shaken(self, update: Update) -> Update:
         """Wake bricks whose proven range the ground acceleration leaves, and add them to an update."""
@@ -492,7 +538,10 @@ class ProvenStability(Stabilizer):
         """Return the resting bricks that touch only bodies that statics supports.
 
         On shaking ground return all awake bricks once all are at rest: a moving brick shakes its support as well.
+        Return none while loads change.
         """
+        if resting and self.engine.time() < self._course.ends:
+            return []
         judgeable = self._joined.whole(self._on_supported_bodies(resting))
         return judgeable if not self._shaking.shakes or len(judgeable) == len(self._awake.names) else []
 

@@ -144,8 +144,9 @@ def _with_margin_of_proof(result: ClaimResult, trace: Trace) -> ClaimResult:
     """Return the result with a margin of the proof, in place of the shift that is left until a collapse."""
     margins = trace.margins
     if margins.load_factor is not None and margins.load_factor < inf:
-        measured = f"{result.measured}, also under {margins.load_factor:.4g} times their weight"
-        return replace(result, measured=measured, margin=margins.load_factor - 1.0, unit="of weight", moved="")
+        what = "loads" if margins.loaded else "weight"
+        measured = f"{result.measured}, also under {margins.load_factor:.4g} times their {what}"
+        return replace(result, measured=measured, margin=margins.load_factor - 1.0, unit=f"of {what}", moved="")
     if margins.placement is not None and 0.0 < margins.placement < inf:
         measured = f"{result.measured}, also with placement errors of {mm(margins.placement)}"
         return replace(result, measured=measured, margin=MILLIMETRES * margins.placement, unit="mm", moved="")
