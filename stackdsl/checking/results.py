@@ -13,7 +13,7 @@ from stackdsl.goldens.file_format import golden_name
 from stackdsl.goldens.golden import GoldenReader, check_golden, keeper_of, renamed_from
 from stackdsl.goldens.snapshot import Snapshot, current_stamp, take
 from stackdsl.judging.judge import Refinement, compare_with_truth, judge
-from stackdsl.judging.notes import warnings_about
+from stackdsl.judging.notes import left_out, warnings_about
 from stackdsl.project_file import SCENARIOS
 from stackdsl.results import EarlyEndSummary, GoldenResult, GoldenStatus, RunStatus, VariantResult
 from stackdsl.simulation.brick_tracks import Blocked
@@ -179,7 +179,7 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         collapse=trace.collapse,
         moving=trace.moving,
         early_end=EarlyEndSummary.by(trace.early_end),
-        warnings=(*case.source.warnings, *warnings_about(outcomes, trace)),
+        warnings=(*case.source.warnings, *warnings_about(outcomes, trace), *left_out(case.timeline, trace, case.scenario, case.source)),
         drift=trace.drift,
         engine=engine.name or engine.package.name if trace.cost.steps else "",
         modified=system_named(case.system).modification.summary,

@@ -279,12 +279,14 @@ def _suggestions(name: str, case: Case) -> Parts:
         if any(map(leaves_to_engine, case.timeline.as_set_down().actions)):
             tell(f"{name}: judged up to the first action that needs an engine, such as a hit or shaking")
         return
-    yield Part(name, [f"{name} falls: {verdict.reason}", "  it stands with any one of these (each tried):"])
-    kinds = set()
+    yield Part(name, [f"{name} falls: {verdict.reason}"])
+    kinds = set[str]()
     with counted(None, f"{name}: verdicts") as bar:
         build = FallingBuild(case.timeline, proofs)
         for suggestion in suggestions(build, piling_of(case.timeline), _ticking(bar)):
             row = suggestion_row(suggestion)
+            if not kinds:
+                yield Part(name, ["  it stands with any one of these (each tried):"])
             kinds.add(row["kind"])
             least = "; it then just stands" * (row["kind"] in SHIFTS)
             yield Part(name, [f"    {row['text']}{least}"], [row])

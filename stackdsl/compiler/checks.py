@@ -5,17 +5,18 @@ from dataclasses import dataclass, replace
 from math import ceil, inf
 from typing import Final, Self
 
+from stability.geometry.box import Box
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import bounds_W
 from stability.geometry.spatial_grid import Neighbours
 from stability.geometry.vectors import SHORTEST, add, body_axes, dot
 from stability.joints import on_one_grid, studs_meet
-from stability.model import GROUND, BodyId, Brick, Vec3
+from stability.model import GROUND, BodyId, Brick, Pose, Vec3
 from stability.problem import Placed
 from stability.statics.assembly import LIGHTEST
 from stackdsl.compiler.bricks import MAX_NAMED, ActionOrder, ResolvedBrick, WrittenBrick, later_names
 from stackdsl.compiler.fit import MOST_INSIDE, CrowdedError, Fit, TimedShape, fits
-from stackdsl.compiler.joints import are_joined
+from stackdsl.compiler.joints import Meeting, are_joined, idle_joints
 from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean
 from stackdsl.language.bricks import PLAY
@@ -264,6 +265,8 @@ def misfits(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iter
     except CrowdedError as error:
         yield crowded(bricks[error.index].written, source)
         return
+    if are_joined(built, scenario) and not any(fit.overlaps for fit in results):
+        yield from idle_joints(list(_meetings(bricks, results, built)), built, scenario, source)
     is_crowded = sum(fit.overlaps for fit in results) > MOST_INSIDE  # then supports may be missing from the index
     studs = {
         index: (code, message, hint)
@@ -275,6 +278,25 @@ def misfits(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iter
         if mistake is not None and (mistake[0], brick.written.path) not in reported:
             reported.add((mistake[0], brick.written.path))
             yield Diagnostic(mistake[0], source.span_of(brick.written.path), *mistake[1:])
+
+
+def _meetings(bricks: Sequence[ResolvedBrick], results: Sequence[Fit], built: ResolvedScenario) -> Iterator[Meeting]:
+    """Yield the bodies that touch when they are set down."""
+    for brick, fit in zip(bricks, results, strict=True):
+        for other in (bricks[number] for number in (*fit.on_boxes, *fit.beside_boxes)):
+            both = (brick, other)
+            until = min((each.removed.time for each in both if each.removed is not None), default=inf)
+            since = max(each.placed.time for each in both)
+            yield Meeting((brick.name, other.name), _placed(brick), _placed(other), since, until)
+        until = inf if brick.removed is None else brick.removed.time
+        for number in (*fit.on_planes, *fit.beside_planes):
+            names = (brick.name, built.planes[number].id)
+            yield Meeting(names, _placed(brick), None, brick.placed.time, until)
+
+
+def _placed(brick: ResolvedBrick) -> Placed:
+    """Return a brick in place, for the grid of its studs, which is independent of its mass."""
+    return Placed(Brick(brick.name, brick.written.shape, 1.0), brick.written.pose)
 
 
 def crowded(brick: WrittenBrick, source: Source) -> Diagnostic:
@@ -351,7 +373,7 @@ def _off_studs(bricks: Sequence[ResolvedBrick], results: Sequence[Fit]) -> Itera
     """Yield the mistakes of bricks off the grid of the studs above or below them, of earlier bricks, by index."""
     if all(brick.written.kind.studs is None for brick in bricks):
         return
-    placed = [Placed(Brick(brick.name, brick.written.shape, 1.0), brick.written.pose) for brick in bricks]
+    placed = list(map(_placed, bricks))
     for index, (brick, fit) in enumerate(zip(bricks, results, strict=True)):
         studs = brick.written.kind.studs
         others = (*fit.on_boxes, *fit.beside_boxes) if studs is not None else ()
@@ -361,7 +383,7 @@ def _off_studs(bricks: Sequence[ResolvedBrick], results: Sequence[Fit]) -> Itera
                 continue
             if studs is not None and not studs_meet(placed[index], placed[number], studs.pitch):
                 message = f"brick '{brick.name}' is off the studs of brick '{bricks[number].name}'"
-                hint = f"move it onto the grid of {mm(studs.pitch)}, as `stud` does, or remove `studs` from one of both"
+                hint = f"move it onto the grid of {mm(studs.pitch)}, as `stud` does, or use a brick without studs"
                 yield index, "SD201", message, hint
                 break
 
@@ -369,17 +391,22 @@ def _off_studs(bricks: Sequence[ResolvedBrick], results: Sequence[Fit]) -> Itera
 def _off_plate(
     bricks: Sequence[ResolvedBrick], results: Sequence[Fit], built: ResolvedScenario, scenario: Scenario
 ) -> Iterator[tuple[int, str, str, str]]:
-    """Yield the mistakes of bricks beside the base plate, or off the studs of its first brick, by index."""
+    """Yield the mistakes of bricks beside the base plate or off its studs, by index.
+
+    A plate has studs from the origin on; ground of no size has them where those of the first brick are.
+    """
     ground = scenario.world.ground
     standing = [
         index for index, fit in enumerate(results) if any(built.planes[number].id == GROUND for number in fit.on_planes)
     ]
     if ground.studs is None:
         return
-    pitch, first = ground.studs.pitch, None
+    pitch = ground.studs.pitch
+    corner = Placed(Brick(GROUND, Box((pitch, pitch, pitch)), 1.0), Pose((0.5 * pitch, 0.5 * pitch, 0.0)))
+    first = None if ground.plate is None else corner
     for index in standing:
         brick = bricks[index]
-        own = Placed(Brick(brick.name, brick.written.shape, 1.0), brick.written.pose)
+        own = _placed(brick)
         low_W, high_W = bounds_W(own.brick.shape, own.pose)
         if ground.plate is not None and not all(
             low > -PLAY * pitch and high < (count + PLAY) * pitch
@@ -391,9 +418,8 @@ def _off_plate(
         elif brick.written.kind.studs == ground.studs:
             first = first or own
             if not on_one_grid(first, own, pitch):
-                message = (
-                    f"brick '{brick.name}' is off the studs of the ground, on which brick '{first.brick.id}' stands"
-                )
+                stands = "" if first is corner else f", on which brick '{first.brick.id}' stands"
+                message = f"brick '{brick.name}' is off the studs of the ground{stands}"
                 yield index, "SD201", message, f"move it onto the grid of {mm(pitch)}, as `stud` does"
 
 

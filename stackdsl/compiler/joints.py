@@ -2,16 +2,18 @@
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 from typing import Final
 
-from stability.joints import Bond, Joint, JointRule, Joints, Pull, Studs
+from stability.geometry.box import box_of
+from stability.joints import Bond, Joint, JointRule, Joints, Pull, Studs, on_one_grid
 from stability.model import GROUND, BodyId
+from stability.problem import Placed
 from stackdsl.compiler.bricks import BEFORE_BUILDING, ActionOrder
 from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.diagnostics import Diagnostic, did_you_mean
-from stackdsl.language.bricks import CATALOGUE
+from stackdsl.language.bricks import CATALOGUE, side_off_studs
 from stackdsl.language.impacts import Cut, Glue
 from stackdsl.language.joints import JoinedBodies, JointKind, Mortar, MortarOrGlue, StudGrid
 from stackdsl.language.layouts.registry import MortaredParams
@@ -20,7 +22,7 @@ from stackdsl.language.quantities import DURATION
 from stackdsl.language.schema import Scenario
 from stackdsl.language.yaml.source import KeyPath, Source
 from stackdsl.timeline import JointChange, JointsAction
-from stackdsl.wording import mm
+from stackdsl.wording import mm, time_text
 
 SYSTEM: Final = "exact"  # the only system that plays joints
 NOT_PLAYED: Final = "not everything is played with joints"
@@ -112,28 +114,21 @@ def joints_in_time(
 
 def _timed_rules(built: ResolvedScenario, scenario: Scenario) -> list[_TimedRule]:
     """Return the rules of a scenario, the first of which about two bodies counts as soon as it holds."""
-    named = defaultdict(frozenset[BodyId], _bodies(built, scenario))  # unknown names are reported by `_names`
-    everything = frozenset(name for bodies in named.values() for name in bodies)
-
-    def between(item: JoinedBodies) -> tuple[frozenset[BodyId], frozenset[BodyId]]:
-        if item.between is not None:
-            one, other = item.between
-            return named[one], named[other]
-        together = everything if item.of is None else frozenset[BodyId]().union(*(named[name] for name in item.of))
-        return together, together
+    named = _named(built, scenario)
+    smooth = frozenset(brick.name for brick in built.bricks if brick.written.kind.smooth)
 
     def acted(number: int, item: Glue | Cut) -> _TimedRule:
         begins = built.impacts[number].time
         there = {plane.id for plane in built.planes} | {b.name for b in built.bricks if b.placed.time <= begins}
-        one, other = between(item)
-        joint, setting = (_joint(item), _setting(item.bond)) if isinstance(item, Glue) else (None, None)
-        return _TimedRule(joint, (one & there, other & there), begins + (setting or 0.0))
+        one, other = (each & there for each in _between(item, named))
+        joint, setting = (_joint(item, smooth), _setting(item.bond)) if isinstance(item, Glue) else (None, None)
+        return _TimedRule(joint, (one, other), begins + (setting or 0.0))
 
     rules = [acted(*each) for each in _of_impacts(scenario)]
     rules.sort(key=lambda rule: rule.begins)
     rules.reverse()
     for item in scenario.joints:
-        rules.append(_TimedRule(_joint(item), between(item), after_placing=_setting(item.bond)))
+        rules.append(_TimedRule(_joint(item, smooth), _between(item, named), after_placing=_setting(item.bond)))
     for number, mortar in mortars_of(scenario):
         if mortar.bond is not None:
             laid = frozenset(brick.name for brick in built.bricks if brick.written.step == number)
@@ -141,24 +136,38 @@ def _timed_rules(built: ResolvedScenario, scenario: Scenario) -> list[_TimedRule
             there.update(brick.name for brick in built.bricks if brick.written.step <= number)
             sets = laid, frozenset(there)
             rules.append(_TimedRule(_bond(mortar.bond), sets, after_placing=_setting(mortar.bond)))
-    rules += _of_studs(built, scenario)
+    rules += _of_studs(built, scenario, smooth)
     return rules
 
 
-def _of_studs(built: ResolvedScenario, scenario: Scenario) -> Iterator[_TimedRule]:
+def _named(built: ResolvedScenario, scenario: Scenario) -> Mapping[str, frozenset[BodyId]]:
+    """Return the bodies of each name, and those of all names under an empty one; none for unknown names."""
+    named = defaultdict(frozenset[BodyId], _bodies(built, scenario))
+    named[""] = frozenset(name for bodies in named.values() for name in bodies)
+    return named
+
+
+def _between(item: JoinedBodies, named: Mapping[str, frozenset[BodyId]]) -> tuple[frozenset[BodyId], frozenset[BodyId]]:
+    """Return the two sets of bodies between which an item acts."""
+    if item.between is not None:
+        return named[item.between[0]], named[item.between[1]]
+    together = frozenset[BodyId]().union(*(named[name] for name in item.of or ("",)))
+    return together, together
+
+
+def _of_studs(built: ResolvedScenario, scenario: Scenario, smooth: frozenset[BodyId]) -> Iterator[_TimedRule]:
     """Yield a rule for each kind of studs, between all bodies that have them."""
     bodies: defaultdict[StudGrid, set[BodyId]] = defaultdict(set)
     for brick in built.bricks:
         if brick.written.kind.studs is not None:
             bodies[brick.written.kind.studs].add(brick.name)
-    smooth = frozenset(brick.name for brick in built.bricks if brick.written.kind.smooth)
     for studs, names in bodies.items():
         together = frozenset(names | ({GROUND} if scenario.world.ground.studs == studs else set()))
-        yield _TimedRule(replace(_studs(studs), smooth=smooth & together), (together, together))
+        yield _TimedRule(_studs(studs, smooth), (together, together))
 
 
-def _studs(grid: StudGrid) -> Studs:
-    return Studs(grid.pitch, grid.pull, grid.shear, grid.narrow_pull)
+def _studs(grid: StudGrid, smooth: frozenset[BodyId]) -> Studs:
+    return Studs(grid.pitch, grid.pull, grid.shear, grid.narrow_pull, smooth=smooth)
 
 
 def _setting(bond: MortarOrGlue | None) -> float | None:
@@ -169,13 +178,13 @@ def _bond(bond: MortarOrGlue) -> Bond:
     return Bond(bond.tension, bond.cohesion, inf if bond.shear is None else bond.shear, bond.brittle)
 
 
-def _joint(item: JointKind) -> Joint | None:
+def _joint(item: JointKind, smooth: frozenset[BodyId]) -> Joint | None:
     if item.bond is not None:
         return _bond(item.bond)
     if item.pull is not None:
         return Pull(item.pull)
     if item.studs is not None:
-        return _studs(item.studs)
+        return _studs(item.studs, smooth)
     return None
 
 
@@ -229,8 +238,8 @@ def _names(built: ResolvedScenario, scenario: Scenario, source: Source) -> Itera
     ]
     items += [(("impacts", number, scenario.impacts[number].kind), item) for number, item in _of_impacts(scenario)]
     for path, item in items:
-        key, names = ("between", item.between) if item.between is not None else ("of", item.of or ())
-        for place, name in enumerate(names):
+        key = "of" if item.between is None else "between"
+        for place, name in enumerate(item.named):
             span = source.span_of((*path, key, place))
             meant = [meaning for known, meaning in meanings if name in known]
             if name not in bodies:
@@ -240,7 +249,7 @@ def _names(built: ResolvedScenario, scenario: Scenario, source: Source) -> Itera
                 yield Diagnostic(
                     "SD203", span, f"'{name}' is the name of {' and of '.join(meant)}", "rename one of them"
                 )
-        named = {name for name in names if name in bodies}
+        named = {name for name in item.named if name in bodies}
         if named and named <= planes:
             message = "these bodies are fixed, so no joint acts between them"
             yield Diagnostic("SD104", source.span_of((*path, key)), message, "name at least one brick or kind of brick")
@@ -263,12 +272,11 @@ def _long_times(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
 
 def _weak_mortar(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report mortar without a strength, unless an item of `joints` names bricks of its layout."""
-    named = _bodies(built, scenario)
+    named = _named(built, scenario)
     for number, mortar in mortars_of(scenario):
         laid = {brick.name for brick in built.bricks if brick.written.step == number}
-        names = [each.of if each.between is None else each.between for each in scenario.joints]
         if mortar.bond is None and not any(
-            each is None or any(laid & named.get(name, frozenset()) for name in each) for each in names
+            laid & named[name] for item in scenario.joints for name in item.named or ("",)
         ):
             layout = scenario.build[number].layout
             assert layout is not None
@@ -337,3 +345,79 @@ def _unjudged_claims(scenario: Scenario, source: Source) -> Iterator[Diagnostic]
                     message,
                     f"claim the margin `load_factor`, `acceleration` or `tilt`, or {_dry(source)}",
                 )
+
+
+# Joints that act at no contact.
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """Two bodies that touch when the later one is set down."""
+
+    names: tuple[BodyId, BodyId]
+    one: Placed
+    other: Placed | None  # None for a plane
+    since: float  # [s] from which both are in place
+    until: float  # [s] of the first removal
+
+    def has_studs(self, pitch: float) -> bool:
+        """Return whether both bodies are boxes of whole studs on one grid; a plane has studs everywhere."""
+        boxes = [box_of(placed.brick.shape) for placed in (self.one, self.other) if placed is not None]
+        fit = all(box is not None and side_off_studs(box[0].size, pitch) is None for box in boxes)
+        return fit and (self.other is None or on_one_grid(self.one, self.other, pitch))
+
+
+MOST_COMPARED: Final = 1_000_000  # items times contacts that are searched for idle joints; takes a second
+
+
+def idle_joints(
+    meetings: Sequence[Meeting], built: ResolvedScenario, scenario: Scenario, source: Source
+) -> Iterator[Diagnostic]:
+    """Report items of `joints`, glue and cuts that act at no contact.
+
+    An item about kinds or steps that never touch is no mistake: in another case of the scenario they may.
+    """
+    named, acted = _named(built, scenario), list(_of_impacts(scenario))
+    if (len(scenario.joints) + len(acted)) * len(meetings) > MOST_COMPARED:
+        return
+    planes = {plane.id for plane in built.planes}
+    single = planes | {brick.name for brick in built.bricks}
+    earlier: list[JointRule] = []
+    for number, item in enumerate(scenario.joints):
+        rule = JointRule(None, _between(item, named))
+        held = [each for each in meetings if rule.holds(*each.names)]
+        path: KeyPath = ("joints", number)
+        if not held and single.issuperset(item.named) and not planes.issuperset(item.named):
+            message = "no two of these bodies touch when they are set down, so no joint acts between them"
+            yield Diagnostic("SD104", source.span_of(path), message, "name bodies that touch, or remove the item")
+        elif held and all(any(before.holds(*each.names) for before in earlier) for each in held):
+            message = "earlier items are about all contacts of these bodies, so this item never counts"
+            yield Diagnostic("SD104", source.span_of(path), message, "move it before them, or remove it")
+        yield from _off_grid(item, held, path, source)
+        if _setting(item.bond) is None:
+            earlier.append(rule)
+    rules, placed = _timed_rules(built, scenario), {brick.name: brick.placed.time for brick in built.bricks}
+    for number, impact in acted:
+        time, path = built.impacts[number].time, ("impacts", number, scenario.impacts[number].kind)
+        rule = JointRule(None, _between(impact, named))
+        held = [each for each in meetings if each.since <= time < each.until and rule.holds(*each.names)]
+        span = source.key_span_of(path)
+        if isinstance(impact, Glue):
+            if not held:
+                message = f"no two of these bodies are in place and touch at {time_text(time)}"
+                yield Diagnostic("SD104", span, message, "name bodies that touch, and glue them after they are placed")
+            yield from _off_grid(impact, held, path, source)
+            continue
+        joints = Joints(tuple(rule.at(time, placed) for rule in rules if rule.begins < time))
+        if all(joints.of(*each.names) is None for each in held):
+            message = f"no joint holds these bodies together at {time_text(time)}"
+            yield Diagnostic("SD104", span, message, "name bodies that a joint holds at this time, or remove the cut")
+
+
+def _off_grid(item: JointKind, held: Sequence[Meeting], path: KeyPath, source: Source) -> Iterator[Diagnostic]:
+    """Report studs of an item that hold no two of its bodies that touch."""
+    studs = item.studs
+    if studs is not None and held and not any(each.has_studs(studs.pitch) for each in held):
+        message = f"no two of these bodies are boxes on one grid of {mm(studs.pitch)}, so no stud holds"
+        hint = "write the `pitch` of which their sides are multiples, and place them on its grid"
+        yield Diagnostic("SD104", source.key_span_of((*path, "studs")), message, hint)

@@ -1,13 +1,17 @@
-"""Outcomes -> warnings about claims that are met in a way that their author may not expect."""
+"""Warnings about results that their author may not expect: outcomes of claims, and changes of joints left out."""
 
 from collections.abc import Collection, Iterator
 
 from stability.analysis.weakest import Apart
+from stackdsl.compiler.compile import origin_of
 from stackdsl.diagnostics import ScenarioWarning
 from stackdsl.language.claims.claim_result import placed
+from stackdsl.language.schema import Scenario
+from stackdsl.language.yaml.source import Source
 from stackdsl.results import ClaimOutcome
+from stackdsl.timeline import JointsAction, Timeline
 from stackdsl.trace import BrickState, Trace
-from stackdsl.wording import GAPS, apart_text, mm
+from stackdsl.wording import GAPS, apart_text, mm, time_text
 
 SLID = 0.05  # share of its length by which a structure may slide without a warning
 
@@ -24,6 +28,20 @@ def warnings_about(outcomes: Collection[ClaimOutcome], trace: Trace) -> Iterator
             f"all bricks stand, but the whole structure slid by {mm(slid, 3)}",
             "to limit this, add a claim such as `drift: <= 10 mm`",
         )
+
+
+def left_out(timeline: Timeline, trace: Trace, scenario: Scenario, source: Source) -> Iterator[ScenarioWarning]:
+    """Yield the glue and the cuts that come after the collapse, when joints no longer change."""
+    if trace.collapse is None:
+        return
+    for action in timeline.actions:
+        if not isinstance(action, JointsAction) or action.time <= trace.collapse.time:
+            continue
+        if (origin := origin_of(action, scenario, source)) is not None:
+            fell = time_text(trace.collapse.time, 4)
+            message = f"`{origin.kind}` at {time_text(action.time)} is left out, since the structure collapsed at {fell}"
+            hint = "after a collapse, joints no longer change; write an earlier time"
+            yield ScenarioWarning(origin.span, message, hint)
 
 
 def _aided(outcomes: Collection[ClaimOutcome], apart: Apart) -> Iterator[ScenarioWarning]:

@@ -290,6 +290,11 @@ MAX_TYPES: Final = 1000
 PLAY: Final = 0.05  # share of the pitch by which a brick with studs may be shorter or longer than its studs
 
 
+def side_off_studs(size: Vec3, pitch: float) -> float | None:
+    """Return the length or width of a box that is between two sizes in studs [m]; None if both fit."""
+    return next((side for side in size[:2] if abs(side - max(round(side / pitch), 1) * pitch) > PLAY * pitch), None)
+
+
 class KnownBricks(Mapping[str, "BrickKind | None"]):
     """The named bricks of a scenario, None if the definition has mistakes, and the contents of mesh files by path."""
 
@@ -461,13 +466,12 @@ class BrickKind(Shorthand, ExactlyOneKey):
         if self.size is None:
             message = "`studs` needs a box, and this brick is another solid"
             raise InputError("SD108", message, "define the brick by `size`, or remove `studs`")
-        pitch = self.studs.pitch
-        for side in self.size[:2]:
-            count = max(round(side / pitch), 1)
-            if abs(side - count * pitch) > PLAY * pitch:
-                message = f"a side of {mm(side)} does not fit studs every {mm(pitch)}"
-                hint = f"write a length and a width that are multiples of {mm(pitch)}, such as {mm(count * pitch)}"
-                raise InputError("SD104", message, hint)
+        if (side := side_off_studs(self.size, self.studs.pitch)) is not None:
+            pitch = self.studs.pitch
+            message = f"a side of {mm(side)} does not fit studs every {mm(pitch)}"
+            whole = max(round(side / pitch), 1) * pitch
+            hint = f"write a length and a width that are multiples of {mm(pitch)}, such as {mm(whole)}"
+            raise InputError("SD104", message, hint)
         return self
 
     def mass_of(self, form: Form) -> float:

@@ -118,6 +118,11 @@ class JoinedBodies(AuthorModel):
         None, description="two such names: each body of one is joined to each body of the other"
     )
 
+    @property
+    def named(self) -> tuple[str, ...]:
+        """Return the names; none for all bodies."""
+        return self.of or self.between or ()
+
     @model_validator(mode="after")
     def _of_or_between(self) -> Self:
         if self.of is not None and self.between is not None:

@@ -273,13 +273,16 @@ def advice(dimension: Dimension, number: str = "") -> str:
     return f"write {dimension.noun}{unit}, such as {example}"
 
 
-SMALL: Final = {"rad": 7.0}  # a number below it, 1 for other units, is likely in SI, since it is tiny in everyday units
+# A number below the first bound, 1 for other units, is likely in SI, since it is tiny in everyday units, and one from the
+# second bound on, since it is huge in them.
+SMALL: Final = {"rad": 7.0, "Pa": 0.0}
+LARGE: Final = {"Pa": 1000.0}
 
 
 def _example(dimension: Dimension, number: Fraction) -> str:
-    """Return a number with its likely unit; a small one in the everyday unit, from SI."""
+    """Return a number with its likely unit; one in SI also in the everyday unit."""
     unit, si = dimension.example.split()[-1], si_unit(dimension)
-    if unit == si or abs(number) >= SMALL.get(si, 1.0):
+    if unit == si or SMALL.get(si, 1.0) <= abs(number) < LARGE.get(si, inf):
         return f"{float(number):.15g} {unit}"
     return f"{float(number / in_si(unit)):.4g} {unit} for {float(number):.15g} {si}"
 
@@ -332,6 +335,13 @@ FOREIGN: Final[Mapping[str, tuple[float, str]]] = {
     "t": (1000, "kg"),
     "lb": (0.45359237, "kg"),
     "oz": (28.349523, "g"),
+    "lbf": (4.4482216, "N"),
+    **dict.fromkeys(("kgf", "kp"), (9.80665, "N")),
+    "GPa": (1000, "MPa"),
+    "psi": (6.8947573, "kPa"),
+    "bar": (100, "kPa"),
+    "N/m2": (1, "Pa"),
+    "kN/m2": (1, "kPa"),
     "km/h": (1 / 3.6, "m/s"),
     "mph": (0.44704, "m/s"),
 }
@@ -353,7 +363,7 @@ def exact_quantity(text: str, dimension: Dimension) -> Fraction:
         if dimension.gravities and unit == "kg":
             raise InputError("SD106", f"{shown(unit)} is not a unit of {dimension.noun}", grams)
         hint = did_you_mean(unit if unit.isalpha() else "", dimension.units) or advice(dimension)
-        if (factor := FOREIGN.get(unit)) is not None and factor[1] in dimension.units:
+        if (factor := FOREIGN.get(unit.translate(_SPELLINGS))) is not None and factor[1] in dimension.units:
             hint = f"write {float(match['number']) * factor[0]:.6g} {factor[1]}"
         raise InputError("SD106", f"{shown(unit)} is not a unit of {dimension.noun}", hint)
     return Fraction(match["number"]) * in_si(unit)

@@ -427,6 +427,7 @@ def _explain(detail: ErrorDetails, source: Source) -> _Explanation:
         case "literal_error":
             choices = re.findall("'([^']*)'", terms["expected"])
             hint = _system(str(written), choices) if "systems" in path else did_you_mean(str(written), choices)
+            hint = hint or (f"write `{last}: true`, or remove the key" if terms["expected"] == "True" else "")
             return _Explanation("SD104", f"{shown(written)} is not a permitted value", hint)
         case "model_type":
             return _Explanation("SD103", f"expected a mapping, not {shown(written)}", _as_mapping(written, path))
@@ -458,6 +459,12 @@ WORDS: Final = {
     "levels": "courses layers rows storeys stories floors height count number",
     "brick": "type kind material brick_type",
     "name": "id label",
+    "joints": "joint bonds connections",
+    "bond": "glue mortar cement adhesive",
+    "pull": "magnet magnets tape velcro force",
+    "studs": "stud lego",
+    "tension": "tensile tensile_strength",
+    "cohesion": "shear_strength",
     "mass": "weight",
     "density": "rho",
     "size": "dimensions dims extents length width height thickness",

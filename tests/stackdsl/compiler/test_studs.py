@@ -73,10 +73,11 @@ def test_own_studs_are_written_on_the_kind_of_brick_and_joints_overrule_them() -
     assert [joints.of(*pair) for pair in pairs] == [None, Studs(0.016, 3.0, 50.0), Studs(0.016, 3.0, 50.0)]
 
 
-def test_a_tile_grips_the_brick_below_and_has_no_studs_for_the_one_above() -> None:
+@pytest.mark.parametrize("joints", ["", "joints: [{studs: {pitch: 8 mm, pull: 3 N, shear: 90 N}}]"])
+def test_a_tile_grips_the_brick_below_and_has_no_studs_for_the_one_above(joints: str) -> None:
     bricks = "{name: a, stud: [0, 0, 0]}, {name: t, stud: [0, 0, 1 brick], brick: lego_tile_2x4}, "
-    bricks += "{name: b, on: t, offset: [3 mm, 0 mm, 0 mm]}"
-    scene = SCENE.replace("brick: lego_2x4", "brick: lego_2x4\nexpect: [{stands: all}]")
+    bricks += "{name: b, on: t, offset: [8 mm, 0 mm, 0 mm]}"
+    scene = SCENE.replace("brick: lego_2x4", f"brick: lego_2x4\nexpect: [{{stands: all}}]\n{joints}")
     assembly = world(bricks, scene).assembly()
     assembly.add_all(Placed(placed.brick, placed.pose) for placed in timeline(bricks, scene).placements)
     joined = {(c.lower, c.upper) for c in assembly.all_contacts() if not c.law.is_cone}
@@ -151,16 +152,18 @@ def test_the_kind_of_the_scenario_must_have_studs_for_places_in_studs() -> None:
         ("{name: b, stud: [13, 0, 0]}", "brick 'b' is not all on the base plate of 16 x 8 studs"),
         ("{name: b, stud: [4, 5, 0], turned: true}", "brick 'b' is not all on the base plate of 16 x 8 studs"),
         ("{name: b, stud: [-1, 2, 0]}", "brick 'b' is not all on the base plate of 16 x 8 studs"),
-        (
-            "{name: b, at: [100 mm, 8 mm, 4.8 mm]}",
-            "brick 'b' is off the studs of the ground, on which brick 'a' stands",
-        ),
+        ("{name: b, at: [100 mm, 8 mm, 4.8 mm]}", "brick 'b' is off the studs of the ground"),
     ],
 )
 def test_a_brick_stands_on_the_studs_of_the_base_plate(brick: str, message: str) -> None:
     scene = SCENE.replace("studs: lego", "studs: lego, plate: [16, 8]")
     told = [mistake.message for mistake in compiled(scene % f"{{name: a, stud: [0, 0, 0]}}, {brick}")[1]]
     assert told == [message] * bool(message)
+    alone = "{name: a, at: [100 mm, 12 mm, 4.8 mm]}"
+    assert [each.message for each in compiled(scene % alone)[1]] == ["brick 'a' is off the studs of the ground"]
+    assert compiled(SCENE % alone)[1] == []
+    beside = [each.message for each in compiled(SCENE % f"{alone}, {{name: b, stud: [0, 0, 0]}}")[1]]
+    assert beside == ["brick 'b' is off the studs of the ground, on which brick 'a' stands"]
     overhang = "{name: a, stud: [12, 0, 0]}, {name: b, stud: [14, 0, 1 brick]}"
     assert compiled(scene % overhang)[1] == []
 

@@ -348,7 +348,7 @@ scenario: dropped
 brick_types:
   block: {size: [100 mm, 40 mm, 40 mm], mass: 0.2 kg}
 brick: block
-joints: [{between: [b, c], bond: {tension: 1 MPa, cohesion: 10 MPa}}]
+joints: [{between: [block, c], bond: {tension: 1 MPa, cohesion: 10 MPa}}]
 build:
   - bricks: [{at: [0 mm, 0 mm, 20 mm], name: b}]
     every: 1 s
