@@ -179,7 +179,11 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         collapse=trace.collapse,
         moving=trace.moving,
         early_end=EarlyEndSummary.by(trace.early_end),
-        warnings=(*case.source.warnings, *warnings_about(outcomes, trace), *left_out(case.timeline, trace, case.scenario, case.source)),
+        warnings=(
+            *case.source.warnings,
+            *warnings_about(outcomes, trace),
+            *left_out(case.timeline, trace, case.scenario, case.source),
+        ),
         drift=trace.drift,
         engine=engine.name or engine.package.name if trace.cost.steps else "",
         modified=system_named(case.system).modification.summary,

@@ -27,6 +27,7 @@ from stackdsl.cli.options import (
 from stackdsl.cli.run import write_file
 from stackdsl.cli.terminal import counted, tell
 from stackdsl.exits import ExitCode
+from stackdsl.judging.proofs import MOST_FOR_PROGRAMS
 from stackdsl.shown_text import visible
 from stackdsl.simulation.brick_tracks import BlockedPlacementError
 from stackdsl.simulation.known_systems import unplayable
@@ -145,7 +146,10 @@ def _refuse_at_odds(moves: bool, views: Sequence[str], time: float | None, count
 def _overlays(run: RunView, options: Mapping[Overlay, bool]) -> Overlay:
     """Return the chosen marks; report colours of joints that no load factor gives."""
     if options[Overlay.JOINTS] and run.limit is None:
-        tell("the colours are those of states: there is no load factor of joints, or the structure is too large")
+        tell(
+            "the colours are those of states: no joint that keeps its force limits the load factor, or there are more "
+            f"than {MOST_FOR_PROGRAMS} bricks"
+        )
     return reduce(or_, (overlay for overlay, chosen in options.items() if chosen), NOTHING)
 
 

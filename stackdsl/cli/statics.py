@@ -20,7 +20,7 @@ from stackdsl.cli.options import Number
 from stackdsl.cli.terminal import counted, tell
 from stackdsl.exits import ExitCode
 from stackdsl.judging.judge import expected_of
-from stackdsl.judging.proofs import Survival, fall_apart, finished_structure_of, piling_of, proofs_of
+from stackdsl.judging.proofs import Proofs, Survival, fall_apart, finished_structure_of, piling_of, proofs_of
 from stackdsl.judging.remedies import FallingBuild, suggestions
 from stackdsl.language.claims.margin import Margin
 from stackdsl.language.quantities import ANGLE, InputError, parse_quantity
@@ -280,6 +280,11 @@ def _suggestions(name: str, case: Case) -> Parts:
             tell(f"{name}: judged up to the first action that needs an engine, such as a hit or shaking")
         return
     yield Part(name, [f"{name} falls: {verdict.reason}"])
+    yield from _repairs(name, case, proofs)
+
+
+def _repairs(name: str, case: Case, proofs: Proofs) -> Parts:
+    """Yield the changes with which a falling build stands."""
     kinds = set[str]()
     with counted(None, f"{name}: verdicts") as bar:
         build = FallingBuild(case.timeline, proofs)

@@ -39,7 +39,9 @@ def left_out(timeline: Timeline, trace: Trace, scenario: Scenario, source: Sourc
             continue
         if (origin := origin_of(action, scenario, source)) is not None:
             fell = time_text(trace.collapse.time, 4)
-            message = f"`{origin.kind}` at {time_text(action.time)} is left out, since the structure collapsed at {fell}"
+            message = (
+                f"`{origin.kind}` at {time_text(action.time)} is left out, since the structure collapsed at {fell}"
+            )
             hint = "after a collapse, joints no longer change; write an earlier time"
             yield ScenarioWarning(origin.span, message, hint)
 

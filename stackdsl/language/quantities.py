@@ -273,8 +273,7 @@ def advice(dimension: Dimension, number: str = "") -> str:
     return f"write {dimension.noun}{unit}, such as {example}"
 
 
-# A number below the first bound, 1 for other units, is likely in SI, since it is tiny in everyday units, and one from the
-# second bound on, since it is huge in them.
+# Numbers below SMALL (1 for other units), and from LARGE on, are likely in SI: they are unusual in everyday units.
 SMALL: Final = {"rad": 7.0, "Pa": 0.0}
 LARGE: Final = {"Pa": 1000.0}
 

@@ -594,7 +594,8 @@ def _footing(placement: Placement, fit: Fit, bricks: Sequence[Brick], planes: Se
     below = [*(brick.id for brick in boxes), *(planes[index] for index in fit.on_planes)]
     walls = [planes[index] for index in fit.beside_planes]
     if not below:
-        return "between " + ", ".join([*(bricks[index].id for index in fit.beside_boxes), *walls])
+        beside = [*(bricks[index].id for index in fit.beside_boxes), *walls]
+        return f"{'between' if len(beside) > 1 else 'held by'} {', '.join(beside)}"
     through = _touched_through(placement.brick, boxes) if len(below) > 1 else ""
     by_hand = ", brought by hand" if placement.arrival is Arrival.BY_HAND else ""
     return f"on {', '.join(below)}{through}" + (f", against {', '.join(walls)}" if walls else "") + by_hand

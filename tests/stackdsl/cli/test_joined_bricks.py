@@ -220,9 +220,13 @@ def test_suggest_tells_the_strength_that_holds_a_falling_structure(stackdsl: Sta
     strong = WEAK.replace("0.01 MPa", f"{1.413e4:g} Pa")
     write(tmp_path, strong, "strong.yaml")
     assert "proven to stand" in stackdsl("explain", "strong.yaml").out
+    assert "with any one of these" in stackdsl("suggest", "weak.yaml").out
     unheld = WEAK.replace("cohesion: 2 MPa", "cohesion: 0 MPa").replace("tension: 0.01", "tension: 0")
     write(tmp_path, unheld, "unheld.yaml")
     assert "no strength of the joints is large enough" in stackdsl("explain", "unheld.yaml").out
+    told = stackdsl("suggest", "unheld.yaml")
+    assert "no change was found" in told.text
+    assert "with any one of these" not in told.text
 
 
 def test_survive_tells_the_accelerations_of_joined_bricks_by_bearing(stackdsl: Stackdsl, tmp_path: Path) -> None:

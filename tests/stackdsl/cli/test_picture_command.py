@@ -288,5 +288,8 @@ build: [{bricks: [{at: [100 mm, 0 mm, 1 m], name: a}, {beside: a, name: b}, {bes
     assert "a joint gives way first at 7.079 times the weight (1)" in legend  # that of a with the wall
     assert [text for text in legend if "of strength used" in text]
     assert not [text for text in legend if text.startswith("stands")]
-    assert "no load factor of joints" in stackdsl("picture", "falls.yaml", "-o", "falls.svg", "--joints").err
+    assert (
+        "no joint that keeps its force limits the load factor"
+        in stackdsl("picture", "falls.yaml", "-o", "falls.svg", "--joints").err
+    )
     assert [text for text in texts_of(drawn(tmp_path, "falls.svg")) if text.startswith("has fallen")]

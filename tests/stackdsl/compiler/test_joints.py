@@ -104,6 +104,19 @@ def test_mistakes_in_joints_are_told_with_their_place(joints: str, code: str, pl
 
 
 @pytest.mark.parametrize(
+    ("item", "hint"),
+    [
+        ("glue: 5 N", "write `bond`"),
+        ("mortar: {tension: 1 MPa, cohesion: 1 MPa}", "write `bond`"),
+        ("magnet: 2 N", "write `pull`"),
+        ("dry: false", "write `dry: true`, or remove the key"),
+    ],
+)
+def test_a_wrong_key_or_value_of_a_joint_has_a_remedy(item: str, hint: str) -> None:
+    assert hint in mistakes(f"{{of: stone, {item}}}")[0].hint
+
+
+@pytest.mark.parametrize(
     ("rest", "message"),
     [
         ("systems: [exact, tuned]\n", "not everything is played with joints: the system 'tuned' plays no joints"),

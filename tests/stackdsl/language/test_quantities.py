@@ -23,6 +23,7 @@ from stackdsl.language.quantities import (
     SIDE,
     SLOPE,
     SPEED,
+    STRENGTH,
     UNITS,
     Dimension,
     InputError,
@@ -85,6 +86,20 @@ def test_number_without_unit_has_a_remedy(written: object, likely: str) -> None:
     found = mistake(written, LENGTH)
     assert found.code == "SD105"
     assert found.hint == f"write a length with its unit, such as {likely}"
+
+
+@pytest.mark.parametrize(
+    ("written", "hint"),
+    [
+        (0.1, "such as 0.1 MPa"),
+        (200000, "such as 0.2 MPa for 200000 Pa"),
+        ("30 GPa", "write 30000 MPa"),
+        ("145 psi", "write 999.74 kPa"),
+        ("5 N/m²", "write 5 Pa"),
+    ],
+)
+def test_strength_without_a_known_unit_has_a_remedy(written: object, hint: str) -> None:
+    assert mistake(written, STRENGTH).hint.endswith(hint)
 
 
 @pytest.mark.parametrize(
