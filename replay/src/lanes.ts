@@ -34,6 +34,7 @@ export interface Build {
 const ICONS: Record<string, string> = {
   placed: "set-down",
   removed: "pulled-out",
+  loaded: "motion",
   pushed: "motion",
   shaken: "motion",
   taken: "pulled-out",
@@ -46,6 +47,7 @@ const ICONS: Record<string, string> = {
 export const TOGETHER: Record<string, string> = {
   placed: "set down",
   removed: "pulled out",
+  loaded: "loaded",
   pushed: "pushed",
   shaken: "shakes",
   taken: "taken",

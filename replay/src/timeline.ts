@@ -6,7 +6,7 @@ import type { Told } from "./payload";
 import type { Run } from "./run";
 import { howMany, seconds } from "./wording";
 
-const KINDS = new Set(["placed", "removed", "pushed", "shaken", "taken", "let go", "joined", "set", "cut", "hit", "woken", "collapsed"]);
+const KINDS = new Set(["placed", "removed", "loaded", "pushed", "shaken", "taken", "let go", "joined", "set", "cut", "hit", "woken", "collapsed"]);
 const NEAR = 6; // [px] within which a click means a mark
 const GAP = 8; // [px] between two marks
 const ICON = 18; // [px] with the space to its text

@@ -98,6 +98,8 @@ export function eventText(run: Run, event: Told): string {
       return `${who} ${is} ${event.reason}`;
     case "removed":
       return `${who} ${is} pulled out`;
+    case "loaded":
+      return `${who} ${is} loaded`;
     case "pushed":
       return `${who} ${is} pushed`;
     case "shaken":
