@@ -15,10 +15,11 @@ import numpy as np
 
 from stability.contact_law import ContactLaw, OtherLawError
 from stability.geometry.vectors import add, add_scaled, dot, norm, scale
+from stability.loads import LoadCourse
 from stability.model import BodyId
-from stability.problem import ZERO, Forces, Motion, Problem, Tolerances, Wrench, rounded
+from stability.problem import ZERO, Forces, Motion, Problem, Stability, Tolerances, Wrench, rounded
 from stability.process_settings import one_thread
-from stability.statics.assembly import admit_problem
+from stability.statics.assembly import Assembly, admit_problem
 from stability.statics.conic_program import clarabel_solve, quick_solve
 from stability.statics.elastic_joints import elastic_factor, without_brittle
 from stability.statics.equilibrium import (
@@ -177,6 +178,21 @@ def _between(
     if below is None or above is None:
         return None
     return LoadFactor(below[0], above[0], below[1], above[1], tuple(_yielding_joints(grown.at(above[0]), above[1])))
+
+
+def borne_until(assembly: Assembly, course: LoadCourse, now: float) -> float:
+    """Return the time until which bricks, which stand under the loads of now, stand under a course of loads [s].
+
+    It is the time at which the loads are proven to be too large; inf if the bricks stand to its end and after.
+    """
+    if now >= course.ends or not assembly.bricks:
+        return inf
+    ends = assembly.with_loads(course.last)
+    if ends.verdict().stability is Stability.STABLE:
+        return inf
+    problem, beyond = assembly.problem(), ends.problem().applied
+    found = load_factor(problem, {name: load.minus(problem.applied.get(name)) for name, load in beyond.items()})
+    return now if found is None else now + min(1.0, found.too_large) * (course.ends - now)
 
 
 def used_strength(problem: Problem, forces: Forces) -> dict[tuple[BodyId, BodyId], float]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
 
-from stability.analysis.load_factor import load_factor, used_strength
+from stability.analysis.load_factor import borne_until, load_factor, used_strength
 from stability.analysis.weakest import Weakest
 from stability.dynamics.onset import as_it_begins
 from stability.geometry.vectors import add
@@ -138,6 +138,8 @@ class _Structure:
             if verdict.stability is not Stability.STABLE:
                 verdict = as_it_begins(self.assembly, verdict)
                 undo()
+                if isinstance(moment, LoadsAction):
+                    time = self._overloaded_at(moment)
                 self.until = time
                 self.shown = self.shown[:-1] if time > self.begin else self.shown  # the caller shows it again
                 return ShownFall(time, verdict.motion, verdict.reason) if verdict.motion is not None else None
@@ -157,6 +159,13 @@ class _Structure:
         removed = [self.assembly.bricks[name] for name in removal.bricks]
         verdict = self.assembly.remove(removal.bricks, names_smallest=self.names_smallest)
         return verdict, lambda: self.assembly.add_all(removed)
+
+    def _overloaded_at(self, change: LoadsAction) -> float:
+        """Return the time at which loads that bring bricks down become too large [s]."""
+        first = self.assembly.with_loads(change.course.first)
+        if first.verdict().stability is not Stability.STABLE:
+            return change.time
+        return min(change.course.ends, borne_until(first, change.course, change.time))
 
     def _changed(self, change: JointsAction | LoadsAction) -> tuple[Verdict, Callable[[], object]]:
         before = self.assembly

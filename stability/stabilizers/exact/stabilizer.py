@@ -224,18 +224,12 @@ class ProvenStability(Stabilizer):
 
     def _borne_until(self) -> float:
         """Return the time until which all frozen bricks are proven to stand under loads that change [s]."""
-        from stability.analysis.load_factor import load_factor  # noqa: PLC0415 -- it brings scipy
+        now = self.engine.time()
+        if now >= self._course.ends:
+            return inf
+        from stability.analysis.load_factor import borne_until  # noqa: PLC0415 -- it brings numpy
 
-        course, now = self._course, self.engine.time()
-        if now >= course.ends or not self.assembly.bricks:
-            return inf
-        ends = self.assembly.with_loads(course.last)
-        if ends.verdict().stability is Stability.STABLE:
-            return inf
-        problem, beyond = self.assembly.problem(), ends.problem().applied
-        grown = {name: load.minus(problem.applied.get(name)) for name, load in beyond.items()}
-        found = load_factor(problem, grown)
-        return now if found is None else now + min(1.0, found.too_large) * (course.ends - now)
+        return borne_until(self.assembly, self._course, now)
 
     def _wake_loaded(self) -> Update:
         """Apply the loads of now, and wake the bricks that no longer bear them."""

@@ -2,7 +2,7 @@
 
 import pytest
 
-from stackdsl import Scenario, margins
+from stackdsl import Scenario, claims, layouts, margins
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.runner import play
 from stackdsl.trace import EventKind, Trace
@@ -55,9 +55,9 @@ def test_loads_of_a_scenario_in_python_are_those_of_yaml() -> None:
     scenario = Scenario(
         "loaded",
         brick={"size": ["0.5 m", "0.5 m", "0.2 m"], "mass": "10 kg"},
-        build=[{"bricks": [{"name": "block", "at": ["0 m", "0 m", "0.1 m"]}]}],
-        loads=[{"force": "30 N", "towards": "0 deg", "brick": "block"}],
-        expect=[{"verdict": "stable"}],
+        build=[layouts.column(levels=1)],
+        loads=[{"force": "30 N", "towards": "0 deg", "brick": "L1.1"}],
+        expect=[claims.verdict("stable")],
     )
     assert margins(scenario).load_factor == pytest.approx(MU * 10 * G / 30, rel=1e-6)
     assert scenario.play().passed
