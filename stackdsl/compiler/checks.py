@@ -362,7 +362,8 @@ def _misfit(
     may_be_joined = are_joined(built, scenario) and bool(fit.beside_boxes or fit.beside_planes)
     if fit.in_the_air and not brick.written.drop and not may_be_joined:
         above = "" if fit.clearance == inf else f"; the nearest body below is {_distances(fit.clearance, fit.reach)}"
-        hint = "place it on a support, or write `drop: true` to let it fall"
+        held = "with or after the brick whose joint holds it, " * are_joined(built, scenario)
+        hint = f"place it on a support, {held}or write `drop: true` to let it fall"
         if of_layout:
             hint = "change the dimensions or the `origin` of the layout so that every brick has a support"
         return "SD202", f"brick '{brick.name}' has no support{above}", hint

@@ -1,4 +1,4 @@
-"""Joints of a scenario: their bodies by name, and refusals of all that is not played for joined bricks."""
+"""Joints of a scenario: the bodies that they join over time, and mistakes in them."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -210,7 +210,7 @@ def are_joined(built: ResolvedScenario, scenario: Scenario) -> bool:
 
 
 def invalid_joints(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """Report unknown and ambiguous names of joints, and all that is not played or computed for joined bricks."""
+    """Report wrong names in joints, and actions and claims that joined bricks do not support."""
     studs = scenario.world.ground.studs
     if studs is not None and all(brick.written.kind.studs != studs for brick in built.bricks):
         span = source.key_span_of(("world", "ground", "studs"))
@@ -299,12 +299,12 @@ def _too_many_changes(built: ResolvedScenario, scenario: Scenario, source: Sourc
         yield Diagnostic("SD206", source.key_span_of(("build",)), message, "place several bricks at the same time")
 
 
-def _refused(source: Source, path: KeyPath, what: str, key: str) -> Diagnostic:
-    return Diagnostic("SD211", source.key_span_of(path), f"{NOT_PLAYED}: {what}", f"remove {key}, or {_dry(source)}")
+def _refused(source: Source, path: KeyPath, refusal: str, key: str) -> Diagnostic:
+    return Diagnostic("SD211", source.key_span_of(path), f"{NOT_PLAYED}: {refusal}", f"remove {key}, or {_dry(source)}")
 
 
 def _dry(source: Source) -> str:
-    """Return how the bricks of a scenario become dry."""
+    """Return the remedy that makes the bricks of a scenario dry."""
     return "remove `joints`" if "joints" in source.values else "use bricks without studs"
 
 

@@ -76,7 +76,7 @@ class _Parts:
 
     reading: LoadReading
     models: dict[str, _Model]
-    found: list[tuple[str, _Frame, Span]]
+    bricks: list[tuple[str, _Frame, Span]]  # kind and pose of each brick of the catalogue
     unknown: dict[str, None]
     read: int = 0
 
@@ -90,7 +90,7 @@ class _Parts:
             if not words:
                 continue
             span = model.page.span(number, text.index(words[0]))
-            if self.read > MOST_LINES or len(self.found) > MAX_BRICKS:
+            if self.read > MOST_LINES or len(self.bricks) > MAX_BRICKS:
                 self.reading.wrong(span, f"the model has more than {MAX_BRICKS} parts", "import its parts one by one")
                 self.reading.end()
             if words[0] == "1":
@@ -120,7 +120,7 @@ class _Parts:
         name = words[-1].strip().replace("\\", "/").lower()
         part = PurePosixPath(name)
         if part.suffix == ".dat" and part.stem in KINDS:
-            self.found.append((KINDS[part.stem], own, span))
+            self.bricks.append((KINDS[part.stem], own, span))
         elif name in outer:
             self.reading.wrong(span, f"the model '{name}' contains itself", "remove this line")
         elif len(outer) > DEEPEST:
@@ -170,7 +170,7 @@ def read_ldraw(reading: LoadReading) -> ImportedLoad:
     parts.of(next(iter(models)), _WHOLE, ())
     reading.end()
     boxes = []
-    for number, (kind, frame, span) in enumerate(parts.found, start=1):
+    for number, (kind, frame, span) in enumerate(parts.bricks, start=1):
         turned = _turned(frame.rows)
         if max(map(abs, frame.at)) * UNIT > FURTHEST:
             reading.wrong(span, "the part is further than 10 km", "correct its place, or that of its model")
@@ -260,7 +260,7 @@ def ldraw_text(title: str, bricks: Sequence[LdrawBrick]) -> str:
 def _line(brick: LdrawBrick) -> str:
     part = LEGO[str(brick.kind)]
     top_W = add(brick.pose.position_W, rotate(brick.pose.orientation, (0.0, 0.0, 0.5 * part.size[2])))
-    x, y, z = (part / float(UNIT) for part in top_W)
+    x, y, z = (length / float(UNIT) for length in top_W)
     along_W, across_W, up_W = body_axes(brick.pose.orientation)
     # Both frames are right-handed: x, y, z of LDraw are x, -z, y of the scene.
     columns = [(axis[0], -axis[2], axis[1]) for axis in (along_W, scale(-1.0, up_W), across_W)]

@@ -167,9 +167,9 @@ def _piece(  # noqa: PLR0913, PLR0917 -- all about one brick
     if pieces is not None:
         if piece not in pieces:
             json.reading.wrong(span, f"the library has no brick {piece}", "add it to the library")
-        if (found := pieces.get(piece)) is None:
+        if (part := pieces.get(piece)) is None:
             return None
-        return _box(name, found.exact_size, at, not along_x, found.mass, span, None)
+        return _box(name, part.exact_size, at, not along_x, part.mass, span, None)
     if piece == _WEIGHT_ID:
         return _box(name, LEGO["lego_2x2"].exact_size, at, False, _WEIGHT, span, None)
     if piece not in _IDS:
@@ -192,7 +192,7 @@ def _library(reading: LoadReading, library: str) -> Mapping[str, LegoPart | None
     own = replace(reading, page=page_of(text.removeprefix(BOM), library))
     json = json_text(own)
     units = UnitReader(own, Fraction(1))
-    found: dict[str, LegoPart | None] = {}
+    parts: dict[str, LegoPart | None] = {}
     for piece, node in json.mapping(json.root, "the library").items():
         label = f"brick '{piece}'"
         members = json.mapping(node, label)
@@ -204,14 +204,14 @@ def _library(reading: LoadReading, library: str) -> Mapping[str, LegoPart | None
         ]
         key = "weight" if "weight" in members else "mass"
         mass = units.mass_of(json, json.member(node, members, key, label), f"`{key}` of {label}")
-        found[piece] = None
+        parts[piece] = None
         if mass is not None and len(studs) == 2:  # noqa: PLR2004 -- both extents
             height, width = studs
             if height is None or width is None or not 0 < height <= width:
                 if height is not None and width is not None:
                     own.wrong(json.span(node), f"{label}: `height` must be 1 to `width`", "exchange both extents")
                 continue
-            found[piece] = LegoPart((width, height), PLATES, mass, ())
+            parts[piece] = LegoPart((width, height), PLATES, mass, ())
     reading.mistakes[:] = own.mistakes
     reading.end()
-    return found
+    return parts

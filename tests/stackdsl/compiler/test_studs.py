@@ -88,6 +88,14 @@ def test_a_brick_may_hang_from_the_studs_that_it_grips() -> None:
     bricks = "{name: a, stud: [0, 0, 0]}, {name: b, stud: [2, 0, 1 brick]}, {name: c, stud: [5, 0, 0], brick: lego_1x1}"
     hanging = SCENE.replace("lego_2x4", "lego_2x4\nexpect: [{stands: all}]")
     assert compiled(hanging % bricks.replace("c, stud: [5, 0, 0]", "c, stud: [4, 0, 0]"))[1] == []
+    arm = "{stud: [0, 0, 0], brick: lego_2x2}, {stud: [0, 0, 1 brick], brick: lego_2x2}, {stud: [0, 0, 2 bricks]}"
+    low, step = "{name: low, stud: [2, 0, 1 brick], brick: lego_2x2}", "]\n  - bricks: ["
+    assert compiled(hanging % f"{arm}{step}{low}")[1] == []
+    (mistake,) = compiled(
+        (hanging % f"{low}{step}{arm}").replace(f"  - bricks: [{arm}]", f"  - bricks: [{arm}]\n    at: 1 s")
+    )[1]
+    assert mistake.message.startswith("brick 'low' has no support")
+    assert "with or after the brick whose joint holds it" in mistake.hint
 
 
 @pytest.mark.parametrize(
