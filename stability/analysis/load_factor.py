@@ -47,6 +47,7 @@ SHARES: Final = (
     1e-5,
 )  # relative distances from the solver's factor, tried in turn until proven
 GIVES_WAY: Final = 1e-3  # of the power of all joints: a joint that takes less hardly yields
+HELD: Final = 1e6  # times the weight: loads that are borne up to there are borne at any size
 NONE: Final = 1e-9  # a motion that falls with this share of the loads is held by no joint
 
 
@@ -104,9 +105,21 @@ def load_factor(
         return LoadFactor(0.0, NONE, None, bracket.at_once)
     below, above = bracket.below, bracket.above
     if below is None or above is None:
-        return None
+        held = above is None and not problem.has_joints and _bears_much_more(grown, tolerances)
+        return LoadFactor(inf, inf, now.forces, None) if held else None
     joints = tuple(_yielding_joints(grown.at(above[0]), above[1]))
     return LoadFactor(below[0], above[0], below[1], above[1], joints)
+
+
+def _bears_much_more(grown: "GrownLoads", tolerances: Tolerances) -> bool:
+    """Return whether dry bricks are proven to bear growing loads of a million times their weight.
+
+    Loads alone leave bricks without any force, for which rounding decides.
+    """
+    weight, load = (
+        sum(norm(each.force_W) for each in loads.values()) for loads in (grown.problem.loads, grown.alone.loads)
+    )
+    return load > 0.0 and forces_at(grown, HELD * weight / load, None, tolerances) is not None
 
 
 def _of_brittle(problem: Problem, growing: Mapping[BodyId, Wrench] | None, tolerances: Tolerances) -> LoadFactor | None:
