@@ -26,7 +26,7 @@ from stability.dynamics.brick_index import BrickIndex
 from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose
 from stability.problem import Placed
-from stackdsl.simulation.known_systems import KNOWN
+from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.runner import play
 from stackdsl.timeline import Action, FixedWorld, Placement, PushAction, Timeline
 from stackdsl.trace import NOTABLE_GAIN
@@ -106,7 +106,7 @@ def _spread(random: Random, least: float, most: float) -> float:
 def played(number: int, system: str) -> Played:
     """Play a heap and return its energy gain."""
     started = process_time()
-    trace = play(heap(number), KNOWN[system])
+    trace = play(heap(number), system_named(system))
     gain = trace.energy.gain if trace.energy is not None else 0.0
     wrong = trace.wrong_edges.contacts if trace.wrong_edges is not None else 0
     return Played(number, system, gain, wrong, process_time() - started)

@@ -18,7 +18,7 @@ from stability.engines.lazy_world import stepped_world
 from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose
 from stackdsl.language.layouts.wall import WallParams, wall
-from stackdsl.simulation.known_systems import KNOWN
+from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.simulation.worlds import settings_for
@@ -121,7 +121,7 @@ def main() -> None:
 
 def peer_seconds(timeline: Timeline, peer: str, steps: int) -> float:
     """Return the time of stepping every plank of a wall for the duration of `exact` [s], scaled up from a few steps."""
-    system, scene = KNOWN[peer], timeline.world
+    system, scene = system_named(peer), timeline.world
     world = stepped_world(settings_for(timeline, system), scene.gravity, scene.friction, MASS)
     try:
         for plane in scene.planes:
