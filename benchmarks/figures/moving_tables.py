@@ -209,4 +209,15 @@ MOVING_TABLES: Mapping[str, Table] = {
             Column("sensitive", "{sensitive}"),
         ),
     ),
+    "random-hits": Table(
+        "random-hits",
+        "all",
+        (
+            Column("hits", "{hits}"),
+            Column("both references agree", "{converge}"),
+            Column("`exact` within 3 % of these", "{within}"),
+            Column("largest error", "{worst_percent:.0f} %"),
+            Column("equal number of fallen bricks", "{same_fallen}"),
+        ),
+    ),
 }
