@@ -1006,13 +1006,15 @@ def advance(
     was_struck: bool,
     hit: float,
     recovery: float,
+    depth: float,
     gravity_W: Array,
 ) -> bool:
     """Advance all bodies by a time step [s] in a number of sub-steps; return whether a hit has taken place so far.
 
     Before and after the first hit, each sub-step has at most a number of sweeps, until one changes all closing speeds
     by at most an accuracy [m/s]. A hit changes one by more than `hit` [m/s]. The points keep the impulses of the last
-    sub-step. `recovery` is the speed at which overlaps are removed [m/s]. From point `count` to the end each point
+    sub-step. `recovery` is the speed at which overlaps are removed [m/s], `depth` the
+    overlap of a body at rest at a soft point [m]. From point `count` to the end each point
     bears a given force.
     """
     duration, parts = timing
@@ -1037,7 +1039,7 @@ def advance(
             for c in range(count, ends):
                 row[c, GAP], row[c, MASS], row[c, PRESSES] = 1.0, UNCHANGED, h * row[c, OFFSET]
             if was_struck:
-                _soften(bodies, index, row, ends)
+                _soften(bodies, index, row, ends, h, depth)
             else:
                 for c in range(ends):
                     row[c, SOFTNESS] = 1.0
@@ -1058,7 +1060,7 @@ def advance(
                     most, accuracy = MORE * struck[0], MORE * struck[1]
                     if not was_struck:
                         was_struck = True
-                        _soften(bodies, index, row, ends)
+                        _soften(bodies, index, row, ends, h, depth)
             for c in range(ends):
                 if row[c, PRESSES] - row[c, EARLIER] > hit * row[c, MASS]:
                     stopped[index[c, ON_BODY]] = stopped[index[c, ON_OTHER]] = 1
@@ -1191,12 +1193,18 @@ def _prepare(bodies: Array, index: Ints, row: Array, count: int) -> None:
 
 
 @compiled
-def _soften(bodies: Array, index: Ints, row: Array, count: int) -> None:
-    """Let the overlaps of all points take up a share of the impulses."""
+def _soften(bodies: Array, index: Ints, row: Array, count: int, h: float, depth: float) -> None:
+    """Let the overlaps of all points take up a share of the impulses.
+
+    A point stiffens if a body much heavier than its own presses on it, which would sink deeper than `depth` [m].
+    """
     for c in range(count):
         # A hand may press with any force, which must not push a body into the ground.
         carried = bodies[index[c, ON_BODY], GUIDE] == CARRIED or bodies[index[c, ON_OTHER], GUIDE] == CARRIED
-        row[c, SOFTNESS] = 1.0 if carried else SOFT
+        soft = SOFT
+        if row[c, PRESSES] > 0.0:
+            soft = max(soft, 1.0 / (1.0 + row[c, MASS] * RATE * depth / (h * row[c, PRESSES])))
+        row[c, SOFTNESS] = 1.0 if carried else soft
 
 
 @compiled

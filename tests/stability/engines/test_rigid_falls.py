@@ -52,6 +52,16 @@ def test_a_wall_comes_to_rest_after_a_tap_on_one_plank() -> None:
     assert max(norm(state.velocity_W) for state in world.states([*world.own.bricks]).values()) < 0.002
 
 
+def test_a_light_sheet_bears_a_block_of_a_thousand_times_its_mass() -> None:
+    world = RigidWorld.opened(RIGID, GRAVITY, 0.5)
+    world.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5))
+    world.add_brick(Brick("sheet", Box((0.1, 0.1, 0.004)), 0.001), Pose((0.0, 0.0, 0.002)))
+    world.add_brick(Brick("block", Box((0.08, 0.08, 0.05)), 1.0), Pose((0.0, 0.0, 0.029)), (0.0, 0.0, -0.1))
+    for _ in range(500):
+        world.step()
+    assert world.states(["block"])["block"].pose.position_W[2] == pytest.approx(0.029, abs=4e-5)
+
+
 SLOPE, STEPS = radians(15.0), 100
 TURN = about((0.0, 1.0, 0.0), SLOPE)
 
