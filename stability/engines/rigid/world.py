@@ -63,7 +63,7 @@ RELATIVE = 3e-4
 MOST_HARD = 30  # bodies: the sweeps that hard contacts need grow with the square of the number of courses
 FIRST_ROOM = 64
 SLACK = 0.2  # edge radii between a body at rest and a body that bears its load
-DEPTH = 0.1  # edge radii: largest overlap of bodies at rest at soft points
+DEPTH = 0.3  # edge radii: largest overlap of bodies at rest at soft points
 SAME_PLACE = 5.0  # in units of the least gap of a point: distance within which points keep impulses
 
 tell_if_compiling()  # by the first import, as the first step of a process compiles
