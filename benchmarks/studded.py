@@ -33,7 +33,7 @@ from stability.model import GROUND, Brick, Plane, Pose
 from stability.problem import Placed, Stability
 from stability.statics.assembly import Assembly
 from stackdsl.language.joints import LEGO_STUDS
-from stackdsl.language.lego import LEGO
+from stackdsl.language.lego import LEGO, PLATES
 
 FRICTION = 0.5
 ROUNDING = 1e-6  # of the linear programs
@@ -47,7 +47,7 @@ SIZES = {
     "151 to 200": range(151, 201),
 }
 LEGO_STRENGTH = StudStrength(LEGO_STUDS.pull, LEGO_STUDS.narrow_pull or LEGO_STUDS.pull, LEGO_STUDS.shear)
-PARTS = tuple(part for name, part in LEGO.items() if not name.startswith("lego_plate"))
+PARTS = tuple(part for part in LEGO.values() if part.plates == PLATES)
 
 
 def drawn(draw: random.Random, count: int) -> list[UprightBox]:

@@ -5,8 +5,9 @@ joint. The bounds are those of limit analysis: a joint that yields keeps its for
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import lru_cache
 from itertools import pairwise
 from math import hypot, inf
 from typing import Final, Self
@@ -48,8 +49,8 @@ class Joint(ABC):
         return False
 
     @abstractmethod
-    def points(self, contact: Contact, bodies: Sequence[Placed]) -> Iterator[tuple[Vec3, ContactLaw]]:
-        """Yield the points of the joint at a contact with a single normal, and the law of each.
+    def points(self, contact: Contact, bodies: Sequence[Placed]) -> Mapping[ContactLaw, Sequence[Vec3]]:
+        """Return the points of the joint at a contact with a single normal, by their law.
 
         `bodies` are the boxes of the contact, the upper one first; a plane is not among them.
         """
@@ -82,8 +83,8 @@ class Bond(Joint):
         """Return tension, cohesion and shear [Pa]."""
         return self.tension, self.cohesion, self.shear
 
-    def points(self, contact: Contact, bodies: Sequence[Placed]) -> Iterator[tuple[Vec3, ContactLaw]]:
-        """Yield the centres of cells around the corners of the patch; the law holds for each whole cell.
+    def points(self, contact: Contact, bodies: Sequence[Placed]) -> Mapping[ContactLaw, Sequence[Vec3]]:
+        """Return the centres of cells around the corners of the patch; the law holds for each whole cell.
 
         Uniform stresses in the cells are within the strength, so these forces are a bound from below. For a motion that
         opens the patch it is the exact one: an opening speed is linear, and its mean is that at the centre of a cell.
@@ -92,9 +93,11 @@ class Bond(Joint):
         areas = [area for _, area in cells]
         if areas and max(areas) - min(areas) <= EQUAL * max(areas):
             areas = [sum(areas) / len(areas)] * len(areas)
+        by_law: dict[ContactLaw, list[Vec3]] = {}
         for (centre, _), area in zip(cells, areas, strict=True):
             strength = (self.tension * area, self.cohesion * area, self.shear * area)
-            yield centre, MohrCoulomb(contact.law.friction, *strength)
+            by_law.setdefault(MohrCoulomb(contact.law.friction, *strength), []).append(centre)
+        return by_law
 
     def times(self, factor: float) -> Self:
         """Return the bond with all strengths multiplied by a factor."""
@@ -107,11 +110,10 @@ class Pull(Joint):
 
     force: float  # [N]
 
-    def points(self, contact: Contact, bodies: Sequence[Placed]) -> Iterator[tuple[Vec3, ContactLaw]]:
-        """Yield the points of the contact, with friction as if the force pressed them."""
+    def points(self, contact: Contact, bodies: Sequence[Placed]) -> Mapping[ContactLaw, Sequence[Vec3]]:
+        """Return the points of the contact, with friction as if the force pressed them."""
         friction = contact.law.friction
-        for point in contact.points_W:
-            yield point, MohrCoulomb(friction, self.force, friction * self.force)
+        return {MohrCoulomb(friction, self.force, friction * self.force): contact.points_W}
 
     def times(self, factor: float) -> Self:
         """Return the pull multiplied by a factor."""
@@ -128,34 +130,34 @@ class Studs(Joint):
     narrow_pull: float | None = None  # [N] of one stud under a brick that is one stud wide; None if it is `pull`
     smooth: frozenset[BodyId] = field(default=frozenset(), kw_only=True)  # boxes without studs on their upper faces
 
-    def points(self, contact: Contact, bodies: Sequence[Placed]) -> Iterator[tuple[Vec3, ContactLaw]]:
-        """Yield four points of each stud, a quarter of the pitch beside its centre, which share its strength.
+    def points(self, contact: Contact, bodies: Sequence[Placed]) -> Mapping[ContactLaw, Sequence[Vec3]]:
+        """Return four points of each stud, a quarter of the pitch beside its centre, which share its strength.
 
         Four points are symmetric, so a mirrored structure has the same verdict.
         """
         normal_W = contact.normals_W[0]
-        grids = [grid for placed in bodies if (grid := _Grid.of(placed, self.pitch, normal_W))]
-        point_up = [_points_up(placed, normal_W) for placed in bodies]
-        if not grids or len(grids) < len(bodies) or len(set(point_up)) > 1:
-            return
-        if len(bodies) == PAIR and (bodies[1] if point_up[0] else bodies[0]).brick.id in self.smooth:
-            return
-        upper, *below = grids
-        gripping = upper if point_up[0] else grids[-1]
-        is_narrow = self.narrow_pull is not None and min(gripping.counts) == 1
-        pull = self.narrow_pull if is_narrow and self.narrow_pull is not None else self.pull
-        law = MohrCoulomb(0.0, pull / 4.0, self.shear / 4.0)
-        height = dot(normal_W, contact.points_W[0])
-        quarters = [
-            add(scale(along, upper.steps_W[0]), scale(across, upper.steps_W[1]))
-            for along in (-0.25, 0.25)
-            for across in (-0.25, 0.25)
-        ]
-        for middle in upper.middles():
-            if all(grid.meets(middle) for grid in below):
-                centre = add_scaled(middle, height - dot(normal_W, middle), normal_W)
-                for quarter in quarters:
-                    yield add(centre, quarter), law
+        grids = [_grid_of(placed, self.pitch) for placed in bodies]
+        ups = [dot(grid.up_W, normal_W) for grid in grids if grid is not None]
+        if not ups or len(ups) < len(bodies) or min(map(abs, ups)) < UPRIGHT or min(ups) * max(ups) < 0.0:
+            return {}
+        point_up = ups[0] > 0.0
+        if len(bodies) == PAIR and bodies[1 if point_up else 0].brick.id in self.smooth:
+            return {}
+        upper, *below = (grid for grid in grids if grid is not None)
+        gripping = upper if point_up or not below else below[0]
+        middles = upper.middles() if not below else upper.common(below[0])
+        points = upper.quarters(middles, dot(normal_W, contact.points_W[0]), normal_W)
+        return {self._narrow if min(gripping.counts) == 1 else self._wide: points} if points else {}
+
+    @property
+    def _wide(self) -> MohrCoulomb:
+        """Return the law of a point."""
+        return _stud_law(self.pull, self.shear)
+
+    @property
+    def _narrow(self) -> MohrCoulomb:
+        """Return the law of a point under a brick that is one stud wide."""
+        return _stud_law(self.pull if self.narrow_pull is None else self.narrow_pull, self.shear)
 
     def times(self, factor: float) -> Self:
         """Return the studs with their pull and shear multiplied by a factor."""
@@ -169,15 +171,16 @@ class Studs(Joint):
         friction are relied on.
         """
         normal_W = contact.normals_W[0]
-        ups_W = [body_axes(placed.pose.orientation)[2] for placed in bodies]
-        if len(contact.normals_W) != 1 or len(ups_W) != PAIR or any(abs(dot(up, normal_W)) > ASIDE for up in ups_W):
+        if len(contact.normals_W) != 1 or len(bodies) != PAIR:
             return contact
-        heights = [dot(ups_W[0], point) for point in contact.points_W]
+        if any(abs(dot(body_axes(placed.pose.orientation)[2], normal_W)) > ASIDE for placed in bodies):
+            return contact
+        up_W = body_axes(bodies[0].pose.orientation)[2]
+        heights = [dot(up_W, point) for point in contact.points_W]
         middle = 0.5 * (min(heights) + max(heights))
-        across_W = cross(ups_W[0], normal_W)
+        across_W = cross(up_W, normal_W)
         moved = (
-            add_scaled(point, middle - height, ups_W[0])
-            for point, height in zip(contact.points_W, heights, strict=True)
+            add_scaled(point, middle - height, up_W) for point, height in zip(contact.points_W, heights, strict=True)
         )
         ordered = sorted(moved, key=lambda point: dot(across_W, point))
         return replace(contact, points_W=(ordered[0], ordered[-1]), law=Coulomb(0.0), gaps=())
@@ -186,8 +189,10 @@ class Studs(Joint):
 def on_one_grid(one: Placed, other: Placed, pitch: float) -> bool:
     """Return whether the studs of two boxes are on one grid, seen along those of the first one."""
     (x_W, y_W, up_W), turned_W = (body_axes(placed.pose.orientation) for placed in (one, other))
-    grids = [grid for placed in (one, other) if (grid := _Grid.of(placed, pitch, up_W))]
-    if len(grids) < PAIR or max(abs(dot(turned_W[0], x_W)), abs(dot(turned_W[0], y_W))) < UPRIGHT:
+    grids = [grid for placed in (one, other) if (grid := _grid_of(placed, pitch))]
+    if len(grids) < PAIR or abs(dot(grids[1].up_W, up_W)) < UPRIGHT:
+        return False
+    if max(abs(dot(turned_W[0], x_W)), abs(dot(turned_W[0], y_W))) < UPRIGHT:
         return False
     apart = subtract(grids[1].first_W, grids[0].first_W)
     steps = [dot(axis, apart) / pitch for axis in (x_W, y_W)]
@@ -204,34 +209,22 @@ def studs_meet(one: Placed, other: Placed, pitch: float) -> bool:
     return is_beside or on_one_grid(one, other, pitch)
 
 
-def _points_up(placed: Placed, normal_W: Vec3) -> bool:
-    """Return whether the studs of a box point along a normal rather than against it."""
-    return dot(body_axes(placed.pose.orientation)[2], normal_W) > 0.0
+@lru_cache(maxsize=64)
+def _stud_law(pull: float, shear: float) -> MohrCoulomb:
+    """Return the law of one of the four points of a stud."""
+    return MohrCoulomb(0.0, pull / 4.0, shear / 4.0)
 
 
 @dataclass(frozen=True, slots=True)
 class _Grid:
-    """Square grid of the studs of a box, seen along a normal."""
+    """Square grid of the studs of a box."""
 
     first_W: Vec3  # the middle of the first cell [m]
     steps_W: tuple[Vec3, Vec3]  # from cell to cell [m]
+    quarters_W: Sequence[Vec3]  # from the middle of a cell to its points [m]
+    up_W: Vec3  # unit, along the studs
     counts: tuple[int, int]
     pitch: float  # [m]
-
-    @classmethod
-    def of(cls, placed: Placed, pitch: float, normal_W: Vec3) -> "_Grid | None":
-        """Return the grid of a box; None if it has none, or if its studs do not point along the normal."""
-        box = box_of(placed.brick.shape)
-        axes_W = body_axes(placed.pose.orientation)
-        if box is None or abs(dot(axes_W[2], normal_W)) < UPRIGHT:
-            return None
-        (length, width, _), first = box[0].size, add(placed.pose.position_W, rotate(placed.pose.orientation, box[1]))
-        counts = round(length / pitch), round(width / pitch)
-        if 0 in counts:
-            return None
-        for axis_W, count in zip(axes_W, counts, strict=False):
-            first = add_scaled(first, -0.5 * (count - 1) * pitch, axis_W)
-        return cls(first, (scale(pitch, axes_W[0]), scale(pitch, axes_W[1])), counts, pitch)
 
     def middles(self) -> Iterator[Vec3]:
         """Yield the middles of all cells [m]."""
@@ -240,12 +233,45 @@ class _Grid:
             for j in range(self.counts[1]):
                 yield add_scaled(row, j, self.steps_W[1])
 
-    def meets(self, point_W: Vec3) -> bool:
-        """Return whether a point is at the middle of a cell, seen along the normal."""
-        way, square = subtract(point_W, self.first_W), self.pitch * self.pitch
-        row, column = dot(way, self.steps_W[0]) / square, dot(way, self.steps_W[1]) / square
-        i, j = min(max(round(row), 0), self.counts[0] - 1), min(max(round(column), 0), self.counts[1] - 1)
-        return hypot(row - i, column - j) <= ALIGNED
+    def common(self, other: "_Grid") -> Iterator[Vec3]:
+        """Yield the middles of those cells that meet the middle of a cell of the other grid, seen along the studs."""
+        square, (rows, columns) = other.pitch * other.pitch, other.counts
+        along, across = other.steps_W
+        (ax, ay, az), (bx, by, bz), (fx, fy, fz) = along, across, other.first_W
+        for middle in self.middles():
+            x, y, z = middle[0] - fx, middle[1] - fy, middle[2] - fz
+            row, column = (x * ax + y * ay + z * az) / square, (x * bx + y * by + z * bz) / square
+            i, j = round(row), round(column)
+            if 0 <= i < rows and 0 <= j < columns and hypot(row - i, column - j) <= ALIGNED:
+                yield middle
+
+    def quarters(self, middles: Iterable[Vec3], height: float, normal_W: Vec3) -> Sequence[Vec3]:
+        """Return the four points of each cell, a quarter of the pitch beside its middle, at a height [m]."""
+        points = []
+        nx, ny, nz = normal_W
+        for x, y, z in middles:
+            rise = height - (nx * x + ny * y + nz * z)
+            at_x, at_y, at_z = x + rise * nx, y + rise * ny, z + rise * nz
+            points += [(at_x + a, at_y + b, at_z + c) for a, b, c in self.quarters_W]
+        return points
+
+
+@lru_cache(maxsize=1024)  # each brick has several contacts
+def _grid_of(placed: Placed, pitch: float) -> _Grid | None:
+    """Return the grid of the studs of a box; None if the brick is no box, or too small."""
+    box = box_of(placed.brick.shape)
+    if box is None:
+        return None
+    axes_W = body_axes(placed.pose.orientation)
+    (length, width, _), first = box[0].size, add(placed.pose.position_W, rotate(placed.pose.orientation, box[1]))
+    counts = round(length / pitch), round(width / pitch)
+    if 0 in counts:
+        return None
+    for axis_W, count in zip(axes_W, counts, strict=False):
+        first = add_scaled(first, -0.5 * (count - 1) * pitch, axis_W)
+    steps = along_W, across_W = scale(pitch, axes_W[0]), scale(pitch, axes_W[1])
+    quarters = [add(scale(i, along_W), scale(j, across_W)) for i in (-0.25, 0.25) for j in (-0.25, 0.25)]
+    return _Grid(first, steps, quarters, axes_W[2], counts, pitch)
 
 
 def _cells(corners: Sequence[Vec3], normal: Vec3) -> Iterator[tuple[Vec3, float]]:
@@ -341,17 +367,10 @@ class Joints:
         if joint is None or len(contact.normals_W) != 1 or len(contact.points_W) < CORNERS_OF_A_FACE:
             return ()
         held = [bodies[name] for name in (contact.upper, contact.lower) if name in bodies]
-        by_law: dict[ContactLaw, list[Vec3]] = {}
-        previous: ContactLaw | None = None
-        points: list[Vec3] = []
-        for point, law in joint.points(contact, held):
-            if law is not previous:  # hashing it for each point takes longer than all else
-                points, previous = by_law.setdefault(law, []), law
-            points.append(point)
         brittle = joint.strengths if isinstance(joint, Bond) and joint.brittle else None
         return tuple(
             Contact(contact.lower, contact.upper, tuple(points), contact.normals_W, law, brittle=brittle)
-            for law, points in by_law.items()
+            for law, points in joint.points(contact, held).items()
         )
 
 

@@ -33,7 +33,7 @@ from stability.statics.equilibrium import (
     without_bounded_forces,
 )
 from stability.statics.load_factor import central_forces, yielding
-from stability.statics.proof import check_forces, check_motion, power_of_joints
+from stability.statics.proof import ProofCones, check_forces, check_motion, power_of_joints, proof_cones
 from stability.statics.stud_program import HalvedJoints, StudPoint, stud_points
 from stability.statics.wrench_matrix import wrench_matrix
 
@@ -107,8 +107,7 @@ def load_factor(
     if below is None or above is None:
         held = above is None and not problem.has_joints and _bears_much_more(grown, tolerances)
         return LoadFactor(inf, inf, now.forces, None) if held else None
-    joints = tuple(_yielding_joints(grown.at(above[0]), above[1]))
-    return LoadFactor(below[0], above[0], below[1], above[1], joints)
+    return _bounded(grown, below, above)
 
 
 def _bears_much_more(grown: "GrownLoads", tolerances: Tolerances) -> bool:
@@ -140,24 +139,33 @@ def _of_brittle(problem: Problem, growing: Mapping[BodyId, Wrench] | None, toler
 
 def _studded_factor(problem: Problem, tolerances: Tolerances) -> LoadFactor | None:
     """Return the load factor by the small programs of studded bricks; None unless they prove both bounds."""
+    grown, cones = GrownLoads(problem, None), proof_cones(problem)
+    above: tuple[float, Motion] | None = None
     for point in stud_points(problem):
-        found = _by_studs(problem, point, tolerances) if NONE < point.share < inf else None
-        if found is not None:
-            return found
+        if not NONE < point.share < inf:
+            continue
+        above = above or _fall_by_studs(grown, cones, point, tolerances)
+        if above is None:
+            continue  # its forces may be far from the load factor
+        factor = 1.0 / point.share * (1.0 - SHARES[0])
+        forces = point.forces(factor)
+        if check_forces(grown.at(factor), forces, tolerances, cones).holds:
+            return _bounded(grown, (factor, forces), above)
     return _by_halves(problem, tolerances)
 
 
-def _by_studs(problem: Problem, point: StudPoint, tolerances: Tolerances) -> LoadFactor | None:
-    motion, grown = first_mechanism(problem, point), GrownLoads(problem, None)
-
-    def forces_at(factor: float) -> Forces | None:
-        forces = point.forces(factor)
-        return forces if check_forces(grown.at(factor), forces, tolerances).holds else None
+def _fall_by_studs(
+    grown: "GrownLoads", cones: ProofCones | None, point: StudPoint, tolerances: Tolerances
+) -> tuple[float, Motion] | None:
+    """Return the first mechanism of a point, proven with loads close to its load factor."""
+    motion = first_mechanism(grown.problem, point)
+    if motion is None:
+        return None
 
     def motion_at(factor: float) -> Motion | None:
-        return motion if motion and check_motion(grown.at(factor), motion, tolerances).holds else None
+        return motion if check_motion(grown.at(factor), motion, tolerances, cones).holds else None
 
-    return _between(grown, 1.0 / point.share, forces_at, motion_at)
+    return _closest(1.0 / point.share, 1.0, motion_at)
 
 
 def _by_halves(problem: Problem, tolerances: Tolerances) -> LoadFactor | None:
@@ -176,20 +184,13 @@ def _by_halves(problem: Problem, tolerances: Tolerances) -> LoadFactor | None:
         forces = None if forces is None else halved.spread(forces)
         return forces if forces and check_forces(grown.at(factor), forces, tolerances).holds else None
 
-    return _between(grown, 1.0 / point.share, forces_at, lambda factor: motion_at(grown, factor, falling, tolerances))
+    above = _closest(1.0 / point.share, 1.0, partial(motion_at, grown, motion=falling, tolerances=tolerances))
+    below = None if above is None else _closest(1.0 / point.share, -1.0, forces_at)
+    return None if below is None or above is None else _bounded(grown, below, above)
 
 
-def _between(
-    grown: "GrownLoads",
-    factor: float,
-    forces_at: Callable[[float], Forces | None],
-    motion_at: Callable[[float], Motion | None],
-) -> LoadFactor | None:
-    """Return the load factor from proofs close to a factor, on both sides; None if one of them is missing."""
-    above = _closest(factor, 1.0, motion_at)
-    below = None if above is None else _closest(factor, -1.0, forces_at)
-    if below is None or above is None:
-        return None
+def _bounded(grown: "GrownLoads", below: tuple[float, Forces], above: tuple[float, Motion]) -> LoadFactor:
+    """Return the load factor with its proofs on both sides."""
     return LoadFactor(below[0], above[0], below[1], above[1], tuple(_yielding_joints(grown.at(above[0]), above[1])))
 
 

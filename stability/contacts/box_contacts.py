@@ -8,6 +8,7 @@ from typing import TypeAlias
 from stability.contacts.bodies import BoxSolid, PlanRectangle
 from stability.contacts.convex_contacts import NEARLY_PARALLEL, Closeness, FacePair, PointsOnPlane, SeparatingAxis
 from stability.geometry.box_distance import (
+    NO_GAP,
     Matrix,
     along_product,
     coordinates,
@@ -88,6 +89,8 @@ def _towards(along: float, axis: Vec3) -> Vec3:
 
 PARALLEL = 1e-12  # sine of the angle below which sides are parallel: rounding
 
+FLUSH = 0.5 * NO_GAP  # share of the reach up to which level boxes beside each other count as flush in any frame
+
 # Corners of the patch of two boxes in order, its normal, and the gap [m]; no corners if the gap is too large.
 BoxPatch: TypeAlias = tuple[tuple[Vec3, ...], Vec3, float]
 APART: tuple[Vec3, ...] = ()
@@ -127,8 +130,8 @@ def level_patch(lower: BoxSolid, upper: BoxSolid, reach: float, within: float) -
 def side_patch(a: BoxSolid, b: BoxSolid, reach: float, within: float) -> BoxPatch | None:
     """Return the patch on the side of `a` that faces `b`.
 
-    The corners are APART if the gap is too large for a contact. None unless both boxes are level, their sides are
-    parallel, and they face each other beyond the reach of their edges.
+    The corners are APART if the gap is too large for a contact, or if only edges touch. None unless both boxes are
+    level, their sides are parallel, and they face each other beyond the reach of their edges.
     """
     if a.plan is None or b.plan is None:
         return None
@@ -144,6 +147,9 @@ def side_patch(a: BoxSolid, b: BoxSolid, reach: float, within: float) -> BoxPatc
         ux, uy, x, y = -uy, ux, y, -x
         half_u, half_v, other_u, other_v = half_v, half_u, other_v, other_u
     gap = abs(x) - half_u - other_u
+    flush = -FLUSH * reach
+    if gap >= flush and (abs(y) - half_v - other_v >= flush or abs(dz) - a.rise - b.rise >= flush):
+        return APART, (0.0, 0.0, 0.0), gap  # an edge beside an edge transfers no force
     if gap < -reach or half_v + other_v - abs(y) <= reach:
         return None
     if a.rise + b.rise - abs(dz) <= reach:

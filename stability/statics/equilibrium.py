@@ -14,7 +14,7 @@ from stability.statics.conic_program import SOLVED, ConicProgram, Solver, clarab
 from stability.statics.load_factor import central_forces, yielding
 from stability.statics.proof import check_forces, check_motion, least_separating_speed
 from stability.statics.propagation import is_held_upright
-from stability.statics.stud_program import HalvedJoints, StudPoint, stud_point, stud_points
+from stability.statics.stud_program import HalvedJoints, StudPoint, stud_points, whole_point
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
 # Separating motions: they open contacts strictly.
@@ -254,7 +254,8 @@ def _yielding_balance(problem: Problem, tolerances: Tolerances, solver: Solver) 
     return Balance(None, None, "; ".join(notes))
 
 
-SLOW = (1e-3, 1e-6)  # shares of the largest speed below which a brick is first taken as static
+SLOW = 1e-3  # share of the largest speed below which a brick is taken as static
+MOST_MOVING = 0.5  # share of all bricks: a program of more takes as long as that of all, whose mechanism is exact
 MOST_SHARE = 1e6  # of the strength: a mechanism that is not held by so much counts as not held at all
 ALIKE = 1e-6  # two load factors that differ by less are of one mechanism
 
@@ -295,11 +296,12 @@ def first_mechanism(problem: Problem, point: StudPoint) -> Motion | None:
     """Return a motion, unproven, of those bricks alone that move in the mechanism of a point; None if they do not."""
     if point.is_whole:
         return point.motion()
-    for moving in dict.fromkeys(tuple(point.moving(quiet)) for quiet in SLOW):
-        alone = stud_point(problem.part(moving), vertical=False, sparing=False)
-        if alone is not None and alone.share >= (1.0 - ALIKE) * min(point.share, MOST_SHARE):
-            return alone.motion()
-    return None
+    moving = point.moving(SLOW)
+    if len(moving) > MOST_MOVING * len(problem.bricks):
+        return None
+    alone = whole_point(problem.part(moving))
+    enough = (1.0 - ALIKE) * min(point.share, MOST_SHARE)
+    return alone.motion() if alone is not None and alone.share >= enough else None
 
 
 def falling_motion(

@@ -22,7 +22,7 @@ from stability.contact_law import ContactLaw
 from stability.geometry.rows import Array, Indices, cross_rows
 from stability.geometry.vectors import dot
 from stability.model import BodyId, Vec3
-from stability.problem import ZERO, Forces, Motion, Problem, Tolerances, Wrench
+from stability.problem import ZERO, Contact, Forces, Motion, Problem, Tolerances, Wrench
 
 # Relative to a force, or to the load capacity of the lighter of its two bricks: a smaller violation of a cone is
 # rounding.
@@ -199,23 +199,29 @@ def proof_cones(problem: Problem) -> ProofCones | None:
     """Return the places of forces; None if a number of the problem is NaN, or a normal is not of unit length."""
     names = sorted(problem.bricks)
     index = {name: i for i, name in enumerate(names)}
-    rows = [
-        (index.get(c.lower, -1), index.get(c.upper, -1), *point, *normal)
-        for c in problem.contacts
-        for point in c.points_W
-        for normal in c.normals_W
-    ]
-    table = np.array(rows, dtype=float).reshape(-1, 8)
-    normals = table[:, 5:8]
-    points = np.array([len(c.points_W) * len(c.normals_W) for c in problem.contacts], dtype=np.int64)
-    laws = PointLaws.of([contact.law for contact in problem.contacts], points)
-    if not (laws.are_sound() and np.isfinite(table).all() and (np.abs(_size(normals) - 1.0) <= UNIT).all()):
+    points_W, normals_W, count = contact_rows(problem.contacts)
+    laws = PointLaws.of([contact.law for contact in problem.contacts], count)
+    finite = np.isfinite(points_W).all() and np.isfinite(normals_W).all()
+    if not (finite and laws.are_sound() and (np.abs(_size(normals_W) - 1.0) <= UNIT).all()):
         return None
-    bodies = table[:, :2].astype(np.int64)
-    lower, upper = (np.where(body < 0, len(names), body) for body in (bodies[:, 0], bodies[:, 1]))
+    fixed = len(names)
+    pairs = np.array([(index.get(c.lower, fixed), index.get(c.upper, fixed)) for c in problem.contacts], dtype=np.int64)
+    lower, upper = np.repeat(pairs.reshape(-1, 2), count, axis=0).T
     centres = np.array([problem.bricks[name].pose.position_W for name in names] + [ZERO])
-    arms = (table[:, 2:5] - centres[lower], table[:, 2:5] - centres[upper])
-    return ProofCones(names, (lower, upper), arms, normals, laws)
+    arms = (points_W - centres[lower], points_W - centres[upper])
+    return ProofCones(names, (lower, upper), arms, normals_W, laws)
+
+
+def contact_rows(contacts: Sequence[Contact]) -> tuple[Array, Array, Indices]:
+    """Return the points and the normals (n, 3) by contact, point and normal, and the number of rows of each contact."""
+    points = np.array([len(contact.points_W) for contact in contacts], dtype=np.int64)
+    normals = np.array([len(contact.normals_W) for contact in contacts], dtype=np.int64)
+    points_W = np.array([point for contact in contacts for point in contact.points_W], dtype=float).reshape(-1, 3)
+    normals_W = np.array([normal for contact in contacts for normal in contact.normals_W], dtype=float).reshape(-1, 3)
+    count = points * normals
+    which = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    own = np.repeat(np.cumsum(normals) - normals, count) + which % np.repeat(normals, count)
+    return np.repeat(points_W, np.repeat(normals, points), axis=0), normals_W[own], count
 
 
 def _pressed(problem: Problem, forces: Forces) -> Array | None:

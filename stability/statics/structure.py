@@ -144,8 +144,10 @@ class Structure:
 
     def parted_by(self, placed: Placed) -> list[BodyId]:
         """Return the bricks with a contact across a gap that a new brick will fill, and all bricks above them."""
+        if not self._may_fill(placed.brick.shape.least_thickness):
+            return []
         own = solid(placed)
-        filled = self._filled_by(own, self._found(own)) if self._may_fill(own.shortest) else ()
+        filled = self._filled_by(own, self._found(own))
         return self.upwards(self.with_all_above({c.upper for c in filled} & self.bricks.keys()))
 
     def _filled_by(self, own: Solid, coming: Sequence[Contact]) -> list[Contact]:
@@ -163,7 +165,7 @@ class Structure:
     def _join(self, contact: Contact) -> None:
         lower, upper = contact.lower, contact.upper
         if self.joints.rules:
-            bodies = {placed.brick.id: placed for placed in self.tables}
+            bodies = {placed.brick.id: placed for placed in self.tables if placed.brick.id in (lower, upper)}
             bodies |= {name: self.bricks[name] for name in (lower, upper) if name in self.bricks}
             added = self.joints.contacts(contact, bodies)
             if added:

@@ -10,7 +10,7 @@ much as any others. Forces along the contacts are as small as possible, since th
 bounds, and friction in a motion, are left to the checks of `proof`.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
@@ -23,7 +23,8 @@ from stability.geometry.rows import Array, Indices, cross_rows
 from stability.geometry.vectors import scale
 from stability.model import BodyId, Vec3
 from stability.problem import Contact, Forces, Motion, Problem
-from stability.statics.conic_program import INFEASIBLE, ConicProgram, quick_solve, solve
+from stability.statics.conic_program import INFEASIBLE, ConicProgram, clarabel_solve, quick_solve, solve
+from stability.statics.proof import contact_rows
 from stability.statics.wrench_matrix import grouped, wrench_array
 
 ACCURACY: Final = 1e-12  # requested
@@ -51,25 +52,22 @@ class _Points:
     shear: Array  # (joints,) likewise
 
     @classmethod
-    def of(cls, problem: Problem, names: Sequence[BodyId], *, vertical: bool) -> "_Points":
-        """Return the points; with `vertical`, only those of level contacts press."""
+    def of(cls, problem: Problem, names: Sequence[BodyId]) -> "_Points":
+        """Return the points."""
         contacts, index = problem.contacts, {name: i for i, name in enumerate(names)}
-        shapes = tuple((len(c.points_W), len(c.normals_W)) for c in contacts)
-        sizes = np.array([points * normals for points, normals in shapes], dtype=np.int64)
+        points_W, normals_W, sizes = contact_rows(contacts)
         bodies = np.array([(index.get(c.lower, -1), index.get(c.upper, -1)) for c in contacts], dtype=np.int64)
-        presses = [
-            c.law.is_cone and len(c.normals_W) == 1 and not (vertical and c.normals_W[0][2] < LEVEL) for c in contacts
-        ]
+        presses = [c.law.is_cone and len(c.normals_W) == 1 for c in contacts]
         is_joint = np.array([not c.law.is_cone for c in contacts], dtype=bool)
         laws = [c.law for c in contacts if not c.law.is_cone]
         strengths = {law: (-float(law.least_normal), float(law.greatest_friction(0.0))) for law in set(laws)}
         pull, shear = np.array([strengths[law] for law in laws]).reshape(-1, 2).T
         count = sizes[is_joint]
         return cls(
-            shapes,
+            tuple((len(c.points_W), len(c.normals_W)) for c in contacts),
             np.repeat(bodies.reshape(-1, 2), sizes, axis=0),
-            _rows(point for c in contacts for point in c.points_W for _ in c.normals_W),
-            _rows(normal for c in contacts for _ in c.points_W for normal in c.normals_W),
+            points_W,
+            normals_W,
             np.flatnonzero(np.repeat(np.array(presses, dtype=bool), sizes)),
             np.flatnonzero(np.repeat(is_joint, sizes)),
             np.repeat(np.arange(len(laws)), count),
@@ -77,6 +75,10 @@ class _Points:
             pull,
             shear,
         )
+
+    def level(self) -> "_Points":
+        """Return the same with only those points that press vertically."""
+        return replace(self, dry=self.dry[self.normals_W[self.dry, 2] >= LEVEL])
 
     @cached_property
     def first(self) -> Indices:
@@ -155,34 +157,63 @@ class StudPoint:
 
 
 def stud_points(problem: Problem) -> Iterator[StudPoint]:
-    """Yield the points of the programs: with the fewest forces first, and that with the largest load factor last."""
-    for vertical, sparing in ((True, True), (False, True), (False, False)):
-        point = stud_point(problem, vertical=vertical, sparing=sparing)
-        if point is not None:
-            yield point
+    """Yield the points of the programs, those with the fewest steps of the solver first."""
+    places: _Places | None = None
+    for vertical, sparing in ((True, True), (False, False), (False, True)):
+        if _applies(problem, vertical):
+            places = places or _Places.of(problem)
+            point = _solved(places, vertical=vertical, sparing=sparing)
+            if point is not None:
+                yield point
 
 
-def stud_point(problem: Problem, *, vertical: bool, sparing: bool = True) -> StudPoint | None:
-    """Return the point of the program; None if it does not apply to a problem, or is not solved.
+def whole_point(problem: Problem) -> StudPoint | None:
+    """Return the point with the largest load factor; None if there is no program for a problem, or it is not solved."""
+    return _solved(_Places.of(problem), vertical=False, sparing=False) if _applies(problem, level=False) else None
+
+
+def _applies(problem: Problem, level: bool) -> bool:
+    return all(contact.law.is_cone or _is_flat(contact, level) for contact in problem.contacts)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Places:
+    """Bricks of a problem, their loads, and the points of its contacts."""
+
+    names: tuple[BodyId, ...]
+    loads: Array  # (bricks, 6)
+    lengths: Array  # (bricks,) [m]
+    centres_W: Array  # (bricks, 3)
+    points: _Points
+
+    @classmethod
+    def of(cls, problem: Problem) -> "_Places":
+        names = tuple(sorted(problem.bricks))
+        return cls(
+            names,
+            wrench_array(names, problem.loads),
+            np.array([problem.bricks[name].brick.shape.bounding_radius for name in names]),
+            np.array([problem.bricks[name].pose.position_W for name in names]),
+            _Points.of(problem, names),
+        )
+
+
+def _solved(places: _Places, *, vertical: bool, sparing: bool) -> StudPoint | None:
+    """Return the point of the program; None if it is not solved.
 
     With `vertical`, forces are vertical. Unless `sparing`, forces along the joints have no cost, and no joint slips in
     the motion: with a cost it slips in proportion to its force.
     """
-    if not all(contact.law.is_cone or _is_flat(contact, vertical) for contact in problem.contacts):
-        return None
-    names = tuple(sorted(problem.bricks))
-    loads = wrench_array(names, problem.loads)
+    names, loads, lengths, centres_W = places.names, places.loads, places.lengths, places.centres_W
     unit = float(np.sqrt(np.square(loads[:, :3]).sum(axis=1)).mean()) or 1.0
-    lengths = np.array([problem.bricks[name].brick.shape.bounding_radius for name in names])
-    centres_W = np.array([problem.bricks[name].pose.position_W for name in names])
-    points = _Points.of(problem, names, vertical=vertical)
+    points = places.points.level() if vertical else places.points
     columns = _Columns.of(points, unit, vertical=vertical)
     if not sparing:
         columns.cost[:] = 0.0
     kept = np.array(VERTICAL if vertical else range(6))
     balance = np.concatenate([loads[:, :3], loads[:, 3:] / lengths[:, None]], axis=1)[:, kept].ravel() / unit
     program = _program(columns, columns.wrenches(centres_W, lengths)[:, :, kept], balance, len(points.dry))
-    point = solve(program, ACCURACY, quick_solve)
+    point = solve(program, ACCURACY, clarabel_solve if sparing and not vertical else quick_solve)
     if isinstance(point, str) or not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
         return None
     velocity = np.zeros((len(names), 6))
@@ -255,10 +286,6 @@ def _is_flat(contact: Contact, level: bool) -> bool:
     if len(contact.normals_W) != 1 or contact.law.friction != 0.0:
         return False
     return not level or contact.normals_W[0][2] >= LEVEL
-
-
-def _rows(vectors: Iterable[tuple[float, float, float]]) -> Array:
-    return np.array(list(vectors), dtype=float).reshape(-1, 3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
