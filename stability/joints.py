@@ -28,7 +28,7 @@ from stability.geometry.vectors import (
     short_repr,
     subtract,
 )
-from stability.model import BodyId, Vec3
+from stability.model import BodyId, Quaternion, Vec3
 from stability.problem import Contact, Placed
 
 EQUAL: Final = 1e-9  # share of an area: cells that differ by less have the same law
@@ -60,7 +60,7 @@ class Joint(ABC):
         """Return the same joint with its strength multiplied by a factor."""
 
     def dry_contact(self, contact: Contact, _bodies: Sequence[Placed]) -> Contact:
-        """Return the contact without the points of the joint."""
+        """Return a contact to which the joint adds no points."""
         return contact
 
 
@@ -256,14 +256,16 @@ class _Grid:
         return points
 
 
-@lru_cache(maxsize=1024)  # each brick has several contacts
 def _grid_of(placed: Placed, pitch: float) -> _Grid | None:
     """Return the grid of the studs of a box; None if the brick is no box, or too small."""
     box = box_of(placed.brick.shape)
-    if box is None:
-        return None
-    axes_W = body_axes(placed.pose.orientation)
-    (length, width, _), first = box[0].size, add(placed.pose.position_W, rotate(placed.pose.orientation, box[1]))
+    return None if box is None else _grid(box[0].size, box[1], placed.pose.position_W, placed.pose.orientation, pitch)
+
+
+@lru_cache(maxsize=1024)  # each brick has several contacts
+def _grid(size: Vec3, middle: Vec3, position_W: Vec3, orientation: Quaternion, pitch: float) -> _Grid | None:
+    axes_W = body_axes(orientation)
+    (length, width, _), first = size, add(position_W, rotate(orientation, middle))
     counts = round(length / pitch), round(width / pitch)
     if 0 in counts:
         return None
@@ -336,7 +338,7 @@ class Joints:
         return next((rule.joint for rule in self.rules if rule.holds(one, other)), None)
 
     def dry_contact(self, contact: Contact, bodies: Mapping[BodyId, Placed]) -> Contact:
-        """Return a contact of two bodies without the points that joints add to it. `bodies` holds the bricks."""
+        """Return a contact of two bodies to which joints add no points. `bodies` holds the bricks."""
         joint = self.of(contact.lower, contact.upper)
         if joint is None:
             return contact

@@ -26,7 +26,7 @@ from stability.statics.equilibrium import (
     ACCURACIES,
     STILL,
     balance,
-    first_mechanism,
+    first_mechanisms,
     proven_forces,
     proven_motion,
     separating_motion,
@@ -158,14 +158,15 @@ def _fall_by_studs(
     grown: "GrownLoads", cones: ProofCones | None, point: StudPoint, tolerances: Tolerances
 ) -> tuple[float, Motion] | None:
     """Return the first mechanism of a point, proven with loads close to its load factor."""
-    motion = first_mechanism(grown.problem, point)
-    if motion is None:
-        return None
 
-    def motion_at(factor: float) -> Motion | None:
+    def motion_at(factor: float, motion: Motion) -> Motion | None:
         return motion if check_motion(grown.at(factor), motion, tolerances, cones).holds else None
 
-    return _closest(1.0 / point.share, 1.0, motion_at)
+    near = (
+        _closest(1.0 / point.share, 1.0, partial(motion_at, motion=motion))
+        for motion in first_mechanisms(grown.problem, point)
+    )
+    return next((found for found in near if found is not None), None)
 
 
 def _by_halves(problem: Problem, tolerances: Tolerances) -> LoadFactor | None:

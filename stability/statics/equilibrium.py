@@ -268,9 +268,9 @@ def _studded_balance(problem: Problem, tolerances: Tolerances) -> Balance | None
             if check_forces(problem, forces, tolerances).holds:
                 return Balance(forces, None, "", frictionless=True)
             continue
-        motion = first_mechanism(problem, point)
-        if motion is not None and check_motion(problem, motion, tolerances).holds:
-            return Balance(None, motion, "")
+        for motion in first_mechanisms(problem, point):
+            if check_motion(problem, motion, tolerances).holds:
+                return Balance(None, motion, "")
     return _halved_balance(problem, tolerances)
 
 
@@ -292,16 +292,16 @@ def _halved_balance(problem: Problem, tolerances: Tolerances) -> Balance | None:
     return Balance(forces, None, "") if proven else None
 
 
-def first_mechanism(problem: Problem, point: StudPoint) -> Motion | None:
-    """Return a motion, unproven, of those bricks alone that move in the mechanism of a point; None if they do not."""
+def first_mechanisms(problem: Problem, point: StudPoint) -> Iterator[Motion]:
+    """Yield motions, unproven, with the load factor of a point: of those bricks alone that move in its mechanism."""
     if point.is_whole:
-        return point.motion()
+        yield point.motion()
     moving = point.moving(SLOW)
-    if len(moving) > MOST_MOVING * len(problem.bricks):
-        return None
-    alone = whole_point(problem.part(moving))
-    enough = (1.0 - ALIKE) * min(point.share, MOST_SHARE)
-    return alone.motion() if alone is not None and alone.share >= enough else None
+    if not point.is_whole and len(moving) > MOST_MOVING * len(problem.bricks):
+        return
+    alone = whole_point(problem.part(moving))  # more accurate than the mechanism of all bricks
+    if alone is not None and alone.share >= (1.0 - ALIKE) * min(point.share, MOST_SHARE):
+        yield alone.motion()
 
 
 def falling_motion(

@@ -170,7 +170,8 @@ class Structure:
             added = self.joints.contacts(contact, bodies)
             if added:
                 self.joined[lower, upper] = added
-            contact = self.joints.dry_contact(contact, bodies)
+            else:
+                contact = self.joints.dry_contact(contact, bodies)
         if contact.gaps:
             self.across_gaps[lower, upper] = contact
         for body, other in ((lower, upper), (upper, lower)):

@@ -23,7 +23,7 @@ from stability.geometry.rows import Array, Indices, cross_rows
 from stability.geometry.vectors import scale
 from stability.model import BodyId, Vec3
 from stability.problem import Contact, Forces, Motion, Problem
-from stability.statics.conic_program import INFEASIBLE, ConicProgram, clarabel_solve, quick_solve, solve
+from stability.statics.conic_program import INFEASIBLE, ConicProgram, Solver, clarabel_solve, quick_solve, solve
 from stability.statics.proof import contact_rows
 from stability.statics.wrench_matrix import grouped, wrench_array
 
@@ -156,13 +156,22 @@ class StudPoint:
         return Motion({name: (tuple(values[name][:3]), tuple(values[name][3:])) for name in self.moving(MOVES)})
 
 
+# vertical and sparing forces, and the solver; see `_solved`
+PROGRAMS: Final = (
+    (True, True, quick_solve),
+    (False, False, quick_solve),
+    (False, True, quick_solve),
+    (False, True, clarabel_solve),
+)
+
+
 def stud_points(problem: Problem) -> Iterator[StudPoint]:
     """Yield the points of the programs, those with the fewest steps of the solver first."""
     places: _Places | None = None
-    for vertical, sparing in ((True, True), (False, False), (False, True)):
+    for vertical, sparing, solver in PROGRAMS:
         if _applies(problem, vertical):
             places = places or _Places.of(problem)
-            point = _solved(places, vertical=vertical, sparing=sparing)
+            point = _solved(places, vertical=vertical, sparing=sparing, solver=solver)
             if point is not None:
                 yield point
 
@@ -198,7 +207,7 @@ class _Places:
         )
 
 
-def _solved(places: _Places, *, vertical: bool, sparing: bool) -> StudPoint | None:
+def _solved(places: _Places, *, vertical: bool, sparing: bool, solver: Solver = quick_solve) -> StudPoint | None:
     """Return the point of the program; None if it is not solved.
 
     With `vertical`, forces are vertical. Unless `sparing`, forces along the joints have no cost, and no joint slips in
@@ -213,7 +222,7 @@ def _solved(places: _Places, *, vertical: bool, sparing: bool) -> StudPoint | No
     kept = np.array(VERTICAL if vertical else range(6))
     balance = np.concatenate([loads[:, :3], loads[:, 3:] / lengths[:, None]], axis=1)[:, kept].ravel() / unit
     program = _program(columns, columns.wrenches(centres_W, lengths)[:, :, kept], balance, len(points.dry))
-    point = solve(program, ACCURACY, clarabel_solve if sparing and not vertical else quick_solve)
+    point = solve(program, ACCURACY, solver)
     if isinstance(point, str) or not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
         return None
     velocity = np.zeros((len(names), 6))
