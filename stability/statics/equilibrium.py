@@ -264,8 +264,8 @@ def _studded_balance(problem: Problem, tolerances: Tolerances) -> Balance | None
     """Return the balance by the small programs of studded bricks; None if they prove nothing."""
     for point in stud_points(problem):
         if point.share <= 1.0:
-            forces = point.forces()
-            if check_forces(problem, forces, tolerances).holds:
+            forces = point.forces()  # those of the whole program are larger than the loads require
+            if not point.is_whole and check_forces(problem, forces, tolerances).holds:
                 return Balance(forces, None, "", frictionless=True)
             continue
         for motion in first_mechanisms(problem, point):
