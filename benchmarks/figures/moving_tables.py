@@ -209,6 +209,17 @@ MOVING_TABLES: Mapping[str, Table] = {
             Column("sensitive", "{sensitive}"),
         ),
     ),
+    "invariance": Table(
+        "invariance",
+        "exact",
+        (
+            Column("scene", "{row}"),
+            *(
+                Column(changed, f"{{{changed}_pushed_percent:.2f}} %")
+                for changed in ("turn", "mirror", "place", "names", "order", "apart", "size")
+            ),
+        ),
+    ),
     "random-hits": Table(
         "random-hits",
         "all",

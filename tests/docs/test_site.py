@@ -86,7 +86,7 @@ def test_the_columns_of_a_page_fit_into_windows_of_any_width(browser: "Chrome") 
 def test_every_scene_of_the_gallery_can_be_played(browser: "Chrome") -> None:
     show(browser, "docs/gallery")
     links = browser.execute_script("return [...document.querySelectorAll('a.replay')].map(a => a.href)")
-    assert len(links) == 20
+    assert len(links) == 23
     browser.get(links[0])
     assert browser.execute_script("return document.title")
 
