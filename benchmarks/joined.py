@@ -9,8 +9,9 @@ benchmarks.joined`; twenty minutes.
 
 import random
 import sys
+from argparse import ArgumentParser, Namespace
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -18,6 +19,7 @@ from itertools import count
 from math import inf
 from statistics import median
 from time import process_time
+from typing import TypeVar
 
 from rich.console import Console
 from rich.progress import Progress
@@ -150,16 +152,28 @@ def _joint(strength: Strength) -> Joint:
 
 
 @dataclass(frozen=True)
-class Compared:
-    """Comparison of one case."""
+class Judged:
+    """Verdict and load factor of a random case, compared with programs written apart."""
 
-    kind: str
     bricks: int
     verdict: Stability
     contradicted: bool
-    open: bool  # the two programs disagree
     factor_outside: bool
     factor_unproven: bool
+
+    @property
+    def noteworthy(self) -> bool:
+        """True if the comparison shows an error, or if something is not proven."""
+        undecided = self.verdict is Stability.UNDECIDED
+        return undecided or self.contradicted or self.factor_outside or self.factor_unproven
+
+
+@dataclass(frozen=True)
+class Compared(Judged):
+    """Comparison of one case."""
+
+    kind: str
+    open: bool  # the two programs disagree
     seconds: float  # of the verdict
     note: str
 
@@ -194,7 +208,7 @@ def compared(seed: int, most: int) -> Compared | None:
     )
     note = "" if verdict.stability is not Stability.UNDECIDED else f"{low:.7g} to {high:.7g}: {verdict.reason}"
     return Compared(
-        kind, len(bricks), verdict.stability, contradicted, low < 1.0 < high, outside, factor is None, seconds, note
+        len(bricks), verdict.stability, contradicted, outside, factor is None, kind, low < 1.0 < high, seconds, note
     )
 
 
@@ -214,29 +228,43 @@ def _row(cases: Sequence[Compared]) -> Row:
     }
 
 
-def main() -> None:
-    """Compare random cases and print the table; write it on request."""
-    arguments = parser(__doc__)
-    arguments.add_argument("--cases", type=int, default=2000)
-    arguments.add_argument("--bricks", type=int, default=12, help="the most of one case")
+Found = TypeVar("Found", bound=Judged)
+
+
+def arguments_of(doc: str | None, cases: int, bricks: int) -> ArgumentParser:
+    """Return the arguments of a benchmark on random cases."""
+    arguments = parser(doc)
+    arguments.add_argument("--cases", type=int, default=cases)
+    arguments.add_argument("--bricks", type=int, default=bricks, help="the most of one case")
     arguments.add_argument("--seed", type=int, default=0, help="of the first case")
     arguments.add_argument("--processes", type=int, default=2)
-    chosen = arguments.parse_args()
-    console = Console(stderr=True)
-    cases: list[Compared] = []
+    return arguments
+
+
+def random_cases(compare: Callable[[int], Found | None], chosen: Namespace, console: Console) -> list[Found]:
+    """Compare cases of successive seeds, without those that are None, and print the noteworthy ones."""
+    cases: list[Found] = []
     with ProcessPoolExecutor(chosen.processes) as pool, Progress(console=console) as progress:
-        told = progress.add_task("joined assemblies", total=chosen.cases)
+        told = progress.add_task("random cases", total=chosen.cases)
         for first in count(chosen.seed, BATCH):
             seeds = range(first, first + BATCH)
-            for seed, found in zip(seeds, pool.map(partial(compared, most=chosen.bricks), seeds), strict=True):
+            for seed, found in zip(seeds, pool.map(compare, seeds), strict=True):
                 if found is None or len(cases) == chosen.cases:
                     continue
-                if found.contradicted or found.note or found.factor_outside or found.factor_unproven:
+                if found.noteworthy:
                     console.print(f"seed {seed}", found)
                 cases.append(found)
                 progress.advance(told)
             if len(cases) == chosen.cases:
                 break
+    return cases
+
+
+def main() -> None:
+    """Compare random cases and print the table; write it on request."""
+    chosen = arguments_of(__doc__, cases=2000, bricks=12).parse_args()
+    console = Console(stderr=True)
+    cases = random_cases(partial(compared, most=chosen.bricks), chosen, console)
     by_kind = {kind: [case for case in cases if case.kind == kind] for kind in KINDS} | {"all": cases}
     table: Rows = {kind: _row(each) for kind, each in by_kind.items()}
     console.print(table)

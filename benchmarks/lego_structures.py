@@ -35,8 +35,8 @@ from stackdsl.language.lego import PITCH, PLATE, PLATES
 FRICTION: Final = 0.5
 HEIGHT: Final = PLATES * PLATE
 MIRRORED: Final = 1e-6  # largest relative difference of the load factors of a structure and its mirror image
-# What the authors of StableLego saw; the file with a horizontal force has no published result. Verdicts of BrickGPT are
-# those of its score: a structure that it prints has passed it.
+# Outcomes that the authors of StableLego saw; the file with a horizontal force has no published result. Verdicts of
+# BrickGPT are those of its score: a structure that it prints has passed it.
 SEEN: Final[Mapping[str, str]] = {
     "stair_19": "stands",
     "stair_20": "falls",

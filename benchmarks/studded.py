@@ -11,20 +11,18 @@ assembled, and a free solver, in the same run. Run it with `python -m benchmarks
 import random
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from itertools import count
 from math import inf
 from statistics import median
 from time import process_time
 
 from rich.console import Console
-from rich.progress import Progress
 
 from benchmarks.equilibrium_programs import UprightBox
 from benchmarks.figures.data import Row
-from benchmarks.figures.recording import parser, record
+from benchmarks.figures.recording import record
+from benchmarks.joined import Judged, arguments_of, random_cases
 from benchmarks.studded_programs import PITCH, StudStrength, capacity_factor, load_factors, scored
 from stability.analysis.load_factor import load_factor
 from stability.geometry.box import Box
@@ -38,7 +36,6 @@ from stackdsl.language.lego import LEGO, PLATES
 FRICTION = 0.5
 ROUNDING = 1e-6  # of the linear programs
 CAPACITY = 0.98  # [N] of a point in the published score
-BATCH = 50  # seeds that are judged before the next ones
 FROM_ABOVE = 0.7  # share of bricks that are set on others rather than under them
 SIZES = {
     "1 to 50": range(51),
@@ -86,14 +83,9 @@ def assembly_of(boxes: Sequence[UprightBox], strength: StudStrength) -> tuple[As
 
 
 @dataclass(frozen=True)
-class Compared:
+class Compared(Judged):
     """Comparison of one structure."""
 
-    bricks: int
-    verdict: Stability
-    contradicted: bool
-    factor_outside: bool
-    factor_unproven: bool
     verdict_ms: float
     factor_ms: float
     score_agrees: bool  # with the verdict
@@ -160,28 +152,9 @@ def _row(cases: Sequence[Compared]) -> Row:
 
 def main() -> None:
     """Compare random structures and print the table; write it on request."""
-    arguments = parser(__doc__)
-    arguments.add_argument("--cases", type=int, default=1000)
-    arguments.add_argument("--bricks", type=int, default=200, help="the most of one structure")
-    arguments.add_argument("--seed", type=int, default=0, help="of the first structure")
-    arguments.add_argument("--processes", type=int, default=2)
-    chosen = arguments.parse_args()
+    chosen = arguments_of(__doc__, cases=1000, bricks=200).parse_args()
     console = Console(stderr=True)
-    cases: list[Compared] = []
-    with ProcessPoolExecutor(chosen.processes) as pool, Progress(console=console) as progress:
-        told = progress.add_task("studded structures", total=chosen.cases)
-        for first in count(chosen.seed, BATCH):
-            seeds = range(first, first + BATCH)
-            for seed, found in zip(seeds, pool.map(partial(compared, most=chosen.bricks), seeds), strict=True):
-                if found is None or len(cases) == chosen.cases:
-                    continue
-                undecided = found.verdict is Stability.UNDECIDED
-                if undecided or found.contradicted or found.factor_outside or found.factor_unproven:
-                    console.print(f"seed {seed}", found)
-                cases.append(found)
-                progress.advance(told)
-            if len(cases) == chosen.cases:
-                break
+    cases = random_cases(partial(compared, most=chosen.bricks), chosen, console)
     by_size = {name: [case for case in cases if case.bricks in sizes] for name, sizes in SIZES.items()}
     table = {name: _row(each) for name, each in (by_size | {"all": cases}).items() if each}
     console.print(table)

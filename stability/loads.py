@@ -16,7 +16,7 @@ class Load:
     force: Vec3  # [N]
     point_B: Vec3 = ZERO  # where it acts, from the centre of mass, in axes of the brick [m]
     moment: Vec3 = ZERO  # [N m]
-    # Whether force and moment are in axes of the brick and turn with it, as a pressure; otherwise they are in W.
+    # True if force and moment are in axes of the brick and turn with it, as a pressure; otherwise they are in W.
     turns: bool = False
 
     def times(self, factor: float) -> "Load":

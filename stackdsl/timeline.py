@@ -124,7 +124,7 @@ class Removal:
 
 
 class JointChange(StrEnum):
-    """What changes the joints of a structure."""
+    """Change of the joints of a structure."""
 
     JOINED = "joined"
     CUT = "cut"

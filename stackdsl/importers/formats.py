@@ -33,7 +33,7 @@ SAVED_AS: Final[Mapping[str, str]] = {
 }
 _CORNER: Final = re.compile(r"^v\s+[-+.\d]", re.MULTILINE)  # a line of an OBJ file
 _ROOT: Final = re.compile(r"\A(?:<\?[^>]*>|<!--(?:(?!-->).)*-->|<!(?!--)[^>]*>|\s)*<(mujoco|robot)\b", re.DOTALL)
-# How the first line of a file of each format begins.
+# Patterns of the first line of a file, by format.
 FIRST_LINES: Final[Mapping[Format, re.Pattern[str]]] = {
     "brickgpt": re.compile(r"\d+x\d+ ?\(\d+,"),
     "ldraw": re.compile(r"0[ \t]+[^\d\s,;]|1(?:[ \t]+[-+.\w]+){13}[ \t]+\S+\.(?:dat|ldr|mpd)\b", re.IGNORECASE),

@@ -231,7 +231,7 @@ class Load(Timed):
 
     @property
     def is_mass(self) -> bool:
-        """Whether the amounts are masses [kg]."""
+        """True if the amounts are masses [kg]."""
         amounts = (self.amount.first, self.amount.last) if isinstance(self.amount, Growing) else (self.amount,)
         return any(isinstance(amount, Weighed) for amount in amounts)
 

@@ -112,7 +112,7 @@ class BuildPlan:
 
     @property
     def is_flat(self) -> bool:
-        """Whether the ground is level, and all bricks are boxes that lie flat and have no joints."""
+        """True if the ground is level, and all bricks are boxes that lie flat and have no joints."""
         return self.tilt == IDENTITY and not self.joints.rules and all(part.flat is not None for part in self.parts)
 
 

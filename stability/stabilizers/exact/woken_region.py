@@ -315,7 +315,7 @@ class DeadLoads(BrickObserver):
 
     @property
     def are_applied(self) -> bool:
-        """Whether applied loads act on bricks in motion."""
+        """True if applied loads act on bricks in motion."""
         return bool(self._pushed)
 
     def take_over(self, forces: Tally, woken: Iterable[Placed], frozen: Mapping[BodyId, Placed]) -> None:

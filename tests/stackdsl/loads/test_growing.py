@@ -8,7 +8,7 @@ from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.runner import play
 from stackdsl.timeline import Timeline
 from stackdsl.trace import EventKind, RunVerdict
-from tests.scenes import mistakes_of, timeline_of
+from tests.scenes import timeline_of
 
 BLOCK = "- bricks: [{name: block, at: [0 m, 0 m, 0.45 m]}]"
 SCENE = "\nbrick: {size: [0.3 m, 0.4 m, 0.9 m], density: 200 kg/m3}\nfriction: 0.5\nwatch: 1 s"
@@ -74,22 +74,3 @@ def test_a_load_may_begin_before_its_brick_is_placed() -> None:
     timeline = scene(f"force: {1.1 * LIMIT} N, after: start, {AT}", f"{BLOCK}\n  at: 3 s")
     assert moves_at(timeline) == pytest.approx(3.0)
     assert play(timeline, system_named("exact")).verdict is RunVerdict.COLLAPSES
-
-
-@pytest.mark.parametrize(
-    ("load", "code", "words"),
-    [
-        ("{force: ^from 0 N to 5 kg over 3 s, brick: block, towards: up}", "SD106", "a value of `weight`"),
-        ("{force: ^from 0 N to 5 N over 3 N, brick: block, towards: up}", "SD106", "a duration"),
-        ("{weight: ^from 0 to 5 over 3 s, brick: block}", "SD105", "no unit"),
-        ("^{weight: from 1 kg to 5 N over 3 s, brick: block}", "SD104", "from a mass to a force"),
-        ("{weight: 1 kg, brick: block, table: ^[[2 s, 10 %], [1 s, 20 %]]}", "SD104", "row 2"),
-        ("^{weight: from 1 kg to 5 kg over 3 s, brick: block, table: [[0 s, 1 %], [1 s, 2 %]]}", "SD108", "no `table`"),
-    ],
-)
-def test_a_mistake_in_a_course_is_told_at_its_place(load: str, code: str, words: str) -> None:
-    (mistake,) = mistakes_of(BLOCK, f"{SCENE}\nloads: [{load.replace('^', '')}]")
-    assert mistake.code == code
-    assert mistake.span.column == len("loads: [") + load.index("^") + 1
-    assert words in mistake.message
-    assert mistake.hint

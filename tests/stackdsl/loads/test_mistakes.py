@@ -26,6 +26,12 @@ SIZE = "\nbrick: {size: [0.3 m, 0.4 m, 0.9 m], density: 200 kg/m3}"
         ("^{weight: 2 kg, level: 1, point: [0 m, 0 m, 0 m]}", "SD108", "a single brick"),
         ("^{weight: 2 kg, brick: block, towards: down}", "SD108", "does not apply"),
         ("{weight: 2 kg, brick: block, after: ^level 7}", "SD205", "this load waits for level 7"),
+        ("{force: ^from 0 N to 5 kg over 3 s, brick: block, towards: up}", "SD106", "a value of `weight`"),
+        ("{force: ^from 0 N to 5 N over 3 N, brick: block, towards: up}", "SD106", "a duration"),
+        ("{weight: ^from 0 to 5 over 3 s, brick: block}", "SD105", "no unit"),
+        ("^{weight: from 1 kg to 5 N over 3 s, brick: block}", "SD104", "from a mass to a force"),
+        ("{weight: 1 kg, brick: block, table: ^[[2 s, 10 %], [1 s, 20 %]]}", "SD104", "row 2"),
+        ("^{weight: from 1 kg to 5 kg over 3 s, brick: block, table: [[0 s, 1 %], [1 s, 2 %]]}", "SD108", "no `table`"),
     ],
 )
 def test_a_mistake_is_told_at_its_place(load: str, code: str, words: str) -> None:
