@@ -53,13 +53,17 @@ return shown.filter((_, at) => at % every === 0).map(e => {
 }).filter(([, ratio]) => ratio < 4.5);
 """
 LOADED = "return performance.getEntriesByType('resource').map(e => e.name)"
+THERE = "return document.URL === arguments[0] && document.readyState === 'complete'"
 TERMS = "return [...document.querySelectorAll('a.term')].map(a => [a.textContent, a.href, a.title])"
 
 pytestmark = pytest.mark.skipif(not (SITE / "index.html").exists(), reason="`make docs` builds the site first")
 
 
 def show(browser: "Chrome", page: str) -> None:
-    browser.get((SITE / f"{page}.html").as_uri())
+    """Open a page, and wait until it is there: on a busy machine, the driver may answer for the page before it."""
+    address = (SITE / f"{page}.html").as_uri()
+    browser.get(address)
+    wait_for(lambda: browser.execute_script(THERE, address))
 
 
 @pytest.mark.parametrize("page", PAGES)
