@@ -25,12 +25,12 @@ from stability.joints import JointRule, Joints, Studs
 from stability.model import GROUND, Brick, Plane, Pose
 from stability.problem import Placed, Stability
 from stability.statics.assembly import Assembly
-from stackdsl.compiler.bricks import about_z
 from stackdsl.importers.formats import read_load
 from stackdsl.importers.load import LEVEL, ImportedLoad
 from stackdsl.language.imports import Import
 from stackdsl.language.joints import LEGO_STUDS
 from stackdsl.language.lego import PITCH, PLATE, PLATES
+from stackdsl.language.rotations import about_z
 
 FRICTION: Final = 0.5
 HEIGHT: Final = PLATES * PLATE

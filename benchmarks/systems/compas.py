@@ -21,7 +21,7 @@ from typing import Any
 
 from benchmarks.systems.assessment import Scene
 from stability.contacts.bodies import solid
-from stability.contacts.detection import contact_with_plane
+from stability.contacts.detection import contacts_with_plane
 from stability.engines.protocol import Package
 from stability.geometry.box import as_box
 from stability.geometry.vectors import add_scaled, body_axes, dot, scale, subtract
@@ -126,7 +126,7 @@ def _bases(scene: Scene) -> Iterator[Placed]:
     """
     for placed in scene.bricks:
         for plane in scene.planes:
-            if contact_with_plane(solid(placed), plane, Tolerances()) is not None:
+            if contacts_with_plane(solid(placed), plane, Tolerances()):
                 height = dot(subtract(placed.pose.position_W, plane.point_W), plane.normal_W)
                 behind = add_scaled(placed.pose.position_W, -2.0 * height, plane.normal_W)
                 yield Placed(placed.brick, Pose(behind, placed.pose.orientation))

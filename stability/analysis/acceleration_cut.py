@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 from math import cos, hypot, inf, sin
 
 import numpy as np
 
-from stability.contacts.bodies import Solid, solid
+from stability.contacts.bodies import AnySolid, Solid, convex_parts, solid
 from stability.contacts.detection import flush_within
 from stability.geometry.box_distance import gap_bridged, reach_between
 from stability.geometry.rows import Array
@@ -35,12 +36,26 @@ def without_slivers(problem: Problem) -> Problem:
     return problem if len(kept) == len(problem.contacts) else replace(problem, contacts=kept)
 
 
-def _is_sliver(contact: Contact, solids: dict[BodyId, Solid]) -> bool:
+def _is_sliver(contact: Contact, solids: dict[BodyId, AnySolid]) -> bool:
     if contact.lower not in solids or contact.upper not in solids:
         return False
     a, b = solids[contact.lower], solids[contact.upper]
     reach = reach_between(a.shortest, b.shortest)
-    return flush_within(a, b, reach, gap_bridged(reach, 0.0))
+    overlap = gap_bridged(reach, 0.0)
+    return any(
+        flush_within(part, other, reach, overlap)
+        for part, other in product(convex_parts(a), convex_parts(b))
+        if _holds(part, contact, reach) and _holds(other, contact, reach)
+    )
+
+
+def _holds(part: Solid, contact: Contact, reach: float) -> bool:
+    """Return whether the points of a contact lie in the bounding box of a part, up to the tolerance of contacts."""
+    return all(
+        low - reach <= along <= high + reach
+        for point in contact.points_W
+        for low, along, high in zip(part.low_W, point, part.high_W, strict=True)
+    )
 
 
 # The prestress that contacts need to balance the loads, or have in reserve.

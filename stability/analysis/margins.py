@@ -1,7 +1,8 @@
 """Margins of a stable assembly: friction, acceleration, placement, counterweight. Each solves a program on request."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
+from itertools import chain
 from math import degrees, inf, isfinite
 
 import numpy as np
@@ -11,7 +12,7 @@ from stability.analysis.acceleration_margin import AccelerationMargin, accelerat
 from stability.analysis.placement_margin import PlacementMargin, placement
 from stability.analysis.weakest import Weakest, weakest, weakest_at
 from stability.geometry.vectors import add, admit_in_range, listed
-from stability.model import GROUND, BodyId
+from stability.model import GROUND, BodyId, Vec3
 from stability.notebook import Display, Displayed, display_of
 from stability.problem import (
     ZERO,
@@ -356,9 +357,10 @@ def _without(forces: ConeForces, contact: Contact) -> ConeForces:
 
 def _at_all_points(forces: Forces, touching: Problem, smooth: Problem) -> Forces:
     """Return forces at the points without a gap, and zero at the others."""
-    of_pair = {
-        (c.lower, c.upper): iter(at_points) for c, at_points in zip(touching.contacts, forces.of_contacts, strict=True)
-    }
+    of_pair: dict[tuple[BodyId, BodyId], Iterator[tuple[Vec3, ...]]] = {}
+    for contact, at_points in zip(touching.contacts, forces.of_contacts, strict=True):
+        pair = contact.lower, contact.upper
+        of_pair[pair] = chain(of_pair.get(pair, ()), at_points)
 
     def of(contact: Contact) -> ConeForces:
         own = of_pair.get((contact.lower, contact.upper), iter(()))

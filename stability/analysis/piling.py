@@ -9,7 +9,7 @@ import numpy as np
 
 from stability.contact_law import GivenFriction, as_friction
 from stability.contacts.bodies import solid
-from stability.contacts.detection import contact_between, contact_with_plane
+from stability.contacts.detection import contacts_between, contacts_with_plane
 from stability.geometry.box_distance import gap_bridged, reach_between
 from stability.geometry.placed_shape import apart, apart_from_plane
 from stability.geometry.vectors import add, add_scaled, cross, dot, subtract, unit
@@ -180,7 +180,7 @@ class ShiftedBuild:
             for name, placed in self._placed.items()
             for plane in piling.planes
         }
-        self._contacts: dict[tuple[BodyId, BodyId], Contact | None] = {}  # of unshifted bodies, as far as detected
+        self._contacts: dict[tuple[BodyId, BodyId], tuple[Contact, ...]] = {}  # of unshifted bodies, as far as detected
         self.falls: tuple[ShiftedFall, ...] = ()
 
     def add_fall(self, turn: int, shifts: Mapping[BodyId, Vec3], motion: Motion | None) -> None:
@@ -235,41 +235,41 @@ class ShiftedBuild:
         there = self._piling.there(turn)
         bricks = {name: self._moved(name, shifts) for name in self._names if name in there}
         pairs = sorted({(min(pair), max(pair)) for pair in self._near(there, shifts) if pair[1] in there})
-        contacts = [self._contact(*pair, shifts) for pair in pairs]
-        contacts += [self._on_plane(name, plane, shifts) for name in bricks for plane in self._piling.planes]
+        contacts = [contact for pair in pairs for contact in self._between(*pair, shifts)]
+        contacts += [c for name in bricks for plane in self._piling.planes for c in self._on_plane(name, plane, shifts)]
         weights = {name: placed.brick.mass * self._piling.gravity for name, placed in bricks.items()}
         loads = {name: Wrench((0.0, 0.0, -weight)) for name, weight in weights.items()}
-        return Problem(bricks, [contact for contact in contacts if contact is not None], loads)
+        return Problem(bricks, contacts, loads)
 
-    def _contact(self, one: BodyId, other: BodyId, shifts: Mapping[BodyId, Vec3]) -> Contact | None:
-        """Return the contact of two bricks, which moves with them if they shift alike."""
+    def _between(self, one: BodyId, other: BodyId, shifts: Mapping[BodyId, Vec3]) -> tuple[Contact, ...]:
+        """Return the contacts of two bricks, which move with them if they shift alike."""
 
-        def detected(shifts: Mapping[BodyId, Vec3]) -> Contact | None:
+        def detected(shifts: Mapping[BodyId, Vec3]) -> tuple[Contact, ...]:
             first, second = (solid(self._moved(name, shifts)) for name in (one, other))
-            return contact_between(first, second, self._law.of(one, other), self._piling.tolerances)
+            return contacts_between(first, second, self._law.of(one, other), self._piling.tolerances)
 
         shift = shifts.get(one, ZERO)
         return self._kept((one, other), shift, detected) if shift == shifts.get(other, ZERO) else detected(shifts)
 
-    def _on_plane(self, name: BodyId, plane: Plane, shifts: Mapping[BodyId, Vec3]) -> Contact | None:
-        def detected(shifts: Mapping[BodyId, Vec3]) -> Contact | None:
+    def _on_plane(self, name: BodyId, plane: Plane, shifts: Mapping[BodyId, Vec3]) -> tuple[Contact, ...]:
+        def detected(shifts: Mapping[BodyId, Vec3]) -> tuple[Contact, ...]:
             moved, friction = solid(self._moved(name, shifts)), self._law.on(name, plane)
-            return contact_with_plane(moved, plane, self._piling.tolerances, friction)
+            return contacts_with_plane(moved, plane, self._piling.tolerances, friction)
 
         shift = shifts.get(name, ZERO)
         along = dot(shift, plane.normal_W) == 0.0
         return self._kept((plane.id, name), shift, detected) if along else detected(shifts)
 
     def _kept(
-        self, pair: tuple[BodyId, BodyId], shift: Vec3, detected: Callable[[Mapping[BodyId, Vec3]], Contact | None]
-    ) -> Contact | None:
-        """Return the contact of two unshifted bodies, moved by a shift; it is detected once."""
+        self, pair: tuple[BodyId, BodyId], shift: Vec3, detected: Callable[[Mapping[BodyId, Vec3]], tuple[Contact, ...]]
+    ) -> tuple[Contact, ...]:
+        """Return the contacts of two unshifted bodies, moved by a shift; they are detected once."""
         if pair not in self._contacts:
             self._contacts[pair] = detected({})
-        contact = self._contacts[pair]
-        if contact is None or shift == ZERO:
-            return contact
-        return replace(contact, points_W=tuple(add(point, shift) for point in contact.points_W))
+        contacts = self._contacts[pair]
+        if shift == ZERO:
+            return contacts
+        return tuple(replace(c, points_W=tuple(add(point, shift) for point in c.points_W)) for c in contacts)
 
     def _near(self, group: Collection[BodyId], shifts: Mapping[BodyId, Vec3]) -> Iterator[tuple[BodyId, BodyId]]:
         """Yield the pairs of a brick of a group and another brick whose bounding boxes are within reach."""

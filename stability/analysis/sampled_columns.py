@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stability.contact_law import GivenFriction, as_friction
 from stability.contacts.bodies import solid
-from stability.contacts.detection import contact_between, contact_with_plane
+from stability.contacts.detection import contacts_between, contacts_with_plane
 from stability.geometry.box_distance import reach_between
 from stability.geometry.rows import Array
 from stability.model import BodyId, Plane
@@ -38,10 +38,8 @@ def falls_as_one(moving: Sequence[Placed], rest: Sequence[Placed], site: SampleS
     border = _between(moving, rest, site)
     for placed in moving:
         own, name = solid(placed), placed.brick.id
-        contacts = [
-            contact_with_plane(own, p, site.tolerances, as_friction(site.friction).on(name, p)) for p in site.planes
-        ]
-        border += [contact for contact in contacts if contact is not None]
+        for plane in site.planes:
+            border += contacts_with_plane(own, plane, site.tolerances, as_friction(site.friction).on(name, plane))
     fall = tipping(bricks, border)
     if fall is None:
         return None
@@ -58,12 +56,10 @@ def _between(moving: Sequence[Placed], rest: Sequence[Placed], site: SampleSite)
     places = [np.array([(*p.pose.position_W, p.brick.shape.bounding_radius) for p in part]) for part in (moving, rest)]
     away = places[0][:, None, :3] - places[1][None, :, :3]
     limit = places[0][:, None, 3] + places[1][None, :, 3] + reach
-    contacts = []
+    contacts: list[Contact] = []
     for one, other in zip(*np.nonzero((away**2).sum(axis=2) <= limit**2), strict=True):
         friction = as_friction(site.friction).of(moving[one].brick.id, rest[other].brick.id)
-        contact = contact_between(solid(moving[one]), solid(rest[other]), friction, site.tolerances)
-        if contact is not None:
-            contacts.append(contact)
+        contacts += contacts_between(solid(moving[one]), solid(rest[other]), friction, site.tolerances)
     return contacts
 
 

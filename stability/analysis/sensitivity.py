@@ -10,6 +10,7 @@ kink, with different slopes on both sides. Non-unique forces or motions at one l
 detected here: compute the margin of both problems to find it.
 """
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import atan2, pi
@@ -25,7 +26,7 @@ from stability.analysis.acceleration_cut import (
 from stability.analysis.acceleration_margin import acceleration
 from stability.analysis.margins import least_friction
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract
-from stability.model import Vec3
+from stability.model import BodyId, Vec3
 from stability.problem import ZERO, ConeForces, Contact, Forces, Motion, Problem, Tolerances
 from stability.process_settings import one_thread
 from stability.work_limit import add_work
@@ -159,9 +160,10 @@ def _change(limit: MarginLimit, other: Problem) -> float | None:
                 load = problem.loads[name]
                 x, y = (-load.force_W[2] * share for share in limit.pull_g)
                 change += sign * (dot(add(load.force_W, (x, y, 0.0)), velocity) + dot(load.torque_W, spin))
-    contacts = {(contact.lower, contact.upper): contact for contact in other.contacts}
-    for contact, forces in zip(own.contacts, limit.forces.of_contacts, strict=True):
-        now = contacts.get((contact.lower, contact.upper))
+    contacts = dict(zip(_numbered(other.contacts), other.contacts, strict=True))
+    numbered = zip(_numbered(own.contacts), own.contacts, limit.forces.of_contacts, strict=True)
+    for key, contact, forces in numbered:
+        now = contacts.get(key)
         if now == contact and contact.lower not in moved and contact.upper not in moved:
             continue
         if all(force == ZERO for at_point in forces for force in at_point):
@@ -172,6 +174,15 @@ def _change(limit: MarginLimit, other: Problem) -> float | None:
             return None
         change += there - here
     return change
+
+
+def _numbered(contacts: Sequence[Contact]) -> Iterator[tuple[BodyId, BodyId, int]]:
+    """Yield the bodies of each contact, with its number among the contacts of both."""
+    counts: Counter[tuple[BodyId, BodyId]] = Counter()
+    for contact in contacts:
+        pair = contact.lower, contact.upper
+        yield *pair, counts[pair]
+        counts[pair] += 1
 
 
 def _carried(limit: MarginLimit, contact: Contact, forces: ConeForces, now: Contact, other: Problem) -> float | None:

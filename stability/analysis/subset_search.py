@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from math import ceil
 from typing import TypeAlias
 
 from stability.contact_law import Coulomb, as_friction
+from stability.contacts.detection import seams
 from stability.geometry.placed_shape import corners_W, top_W
 from stability.geometry.polygons import cut, doubled_area
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, rotate, scale, subtract, unit
@@ -168,7 +170,7 @@ def _free(design: Assembly, name: BodyId) -> Iterator[tuple[Vec3, tuple[Vec3, ..
         whole = [flat(point) for point in border]
         least = LEAST_PIECE * doubled_area(whole)[0]
         pieces = [whole]
-        for patch in _covering(design, name, normal):
+        for patch in chain(_covering(design, name, normal), seams(placed)):
             pieces = _beside([flat(point) for point in patch], pieces, least)
         for piece in pieces:
             yield normal, tuple(add_scaled(add_scaled(origin, x, along), y, across) for x, y in piece)

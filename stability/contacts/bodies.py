@@ -1,18 +1,19 @@
 """Bricks prepared for contact detection, once per brick, which makes each pair cheap."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import hypot
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, Union
 
 from stability.contacts.features import ConvexSolid, Edge, Face, Feature
-from stability.geometry.box import Box, box_of
+from stability.geometry.box import Box, UnknownShapeError, box_of
 from stability.geometry.box_distance import coordinates, half_extent
-from stability.geometry.placed_shape import middle_pose
+from stability.geometry.compound import Compound
+from stability.geometry.placed_shape import middle_pose, part_pose
 from stability.geometry.polygons import within_rectangle
 from stability.geometry.vectors import add, add_scaled, body_axes, cross, dot, scale
-from stability.model import BodyId, Pose, Vec3
+from stability.model import BodyId, Brick, Pose, Vec3
 from stability.problem import Placed
 
 if TYPE_CHECKING:
@@ -166,12 +167,50 @@ class BoxSolid(ConvexSolid):
         return corners[::-1] if lowest.is_right_handed else corners
 
 
-Solid: TypeAlias = Union[BoxSolid, "HullSolid"]
+Solid: TypeAlias = Union[BoxSolid, "HullSolid"]  # a convex one
 
 
-def solid(placed: Placed) -> Solid:
+@dataclass(frozen=True, slots=True)
+class CompoundSolid:
+    """Compound at a pose, prepared for contact detection as its convex parts."""
+
+    id: BodyId
+    pose: Pose
+    low_W: Vec3  # of the bounding box [m]
+    high_W: Vec3
+    shortest: float  # least thickness of all parts [m]
+    longest: float  # longest side of the box around the shape along its body axes [m]
+    parts: tuple[Solid, ...]
+
+
+AnySolid: TypeAlias = Solid | CompoundSolid
+
+
+def convex_parts(body: AnySolid) -> tuple[Solid, ...]:
+    """Return the convex parts of a body: those of a compound, or the body itself."""
+    return body.parts if isinstance(body, CompoundSolid) else (body,)
+
+
+def solid(placed: Placed) -> AnySolid:
     """Prepare a placed brick for contact detection."""
+    shape, pose = placed.brick.shape, placed.pose
+    if not isinstance(shape, Compound):
+        return convex_solid(placed)
+    name = placed.brick.id
+    parts = [convex_solid(Placed(Brick(name, part.shape, 0.0), part_pose(part, pose))) for part in shape.parts]
+    lows, highs = zip(*(part.low_W for part in parts), strict=True), zip(*(part.high_W for part in parts), strict=True)
+    (ax, ay, az), (bx, by, bz) = map(min, lows), map(max, highs)
+    thin = shape.least_thickness
+    # All parts have the tolerance of the whole body.
+    own = tuple(replace(part, shortest=thin) for part in parts)
+    return CompoundSolid(name, pose, (ax, ay, az), (bx, by, bz), thin, shape.length, own)
+
+
+def convex_solid(placed: Placed) -> Solid:
+    """Prepare a placed convex brick for contact detection."""
     brick, pose = placed.brick, placed.pose
+    if isinstance(brick.shape, Compound):
+        raise UnknownShapeError("a method for convex bodies", brick.shape)
     if isinstance(brick.shape, Box):
         return box_solid(brick.id, brick.shape.size, pose)
     boxed = box_of(brick.shape)

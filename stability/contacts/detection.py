@@ -1,15 +1,71 @@
 """Contacts of bodies from their poses and shapes: the entry point of contact detection."""
 
+from collections.abc import Iterator
+from itertools import combinations, product
+
 from stability.contact_law import Coulomb
-from stability.contacts.bodies import BoxSolid, Solid, as_hull, solid
+from stability.contacts.bodies import (
+    AnySolid,
+    BoxSolid,
+    CompoundSolid,
+    Solid,
+    as_hull,
+    convex_parts,
+    convex_solid,
+    solid,
+)
 from stability.contacts.box_contacts import closeness, level_patch, points_below, side_patch
 from stability.contacts.convex_contacts import Closeness, convex_contact, points_on_plane
 from stability.contacts.gap_bridging import gaps_of, run_flush
 from stability.geometry.box_distance import NO_GAP, gap_bridged, reach_between
-from stability.model import Plane
-from stability.problem import Contact, Tolerances
+from stability.geometry.compound import Compound
+from stability.geometry.placed_shape import part_pose
+from stability.model import Brick, Plane, Vec3
+from stability.problem import Contact, Placed, Tolerances
 
-__all__ = ["Solid", "contact_between", "contact_with_plane", "solid"]
+__all__ = ["AnySolid", "Solid", "contact_between", "contacts_between", "contacts_with_plane", "seams", "solid"]
+
+
+def contacts_between(a: AnySolid, b: AnySolid, friction: float, tolerances: Tolerances) -> tuple[Contact, ...]:
+    """Return the contacts of two bodies, independent of their order; of two convex bodies there is at most one."""
+    if not isinstance(a, CompoundSolid) and not isinstance(b, CompoundSolid):
+        contact = contact_between(a, b, friction, tolerances)
+        return () if contact is None else (contact,)
+    reach = reach_between(a.shortest, b.shortest, tolerances.gap)
+    if _bounds_apart(a, b, reach):
+        return ()
+    from stability.contacts.compound_contacts import without_seams  # noqa: PLC0415 -- boxes do without numpy
+
+    if a.id > b.id:
+        a, b = b, a
+    pairs = product(enumerate(convex_parts(a)), enumerate(convex_parts(b)))
+    found = [((i, j), contact_between(part, other, friction, tolerances)) for (i, part), (j, other) in pairs]
+    contacts = [(numbers, contact) for numbers, contact in found if contact is not None]
+    return tuple(without_seams(contacts, (a, b), reach))
+
+
+def seams(placed: Placed) -> Iterator[tuple[Vec3, ...]]:
+    """Yield the corners of the areas in which the parts of a compound touch [m, W]; none for a convex body."""
+    if isinstance(placed.brick.shape, Compound):
+        parts = [
+            convex_solid(Placed(Brick(f"{number}", part.shape, 0.0), part_pose(part, placed.pose)))
+            for number, part in enumerate(placed.brick.shape.parts)
+        ]
+        for one, other in combinations(parts, 2):
+            contact = contact_between(one, other, 0.0, Tolerances())
+            if contact is not None and len(contact.points_W) > 2:  # noqa: PLR2004 -- an area
+                yield contact.points_W
+
+
+def contacts_with_plane(
+    a: AnySolid, plane: Plane, tolerances: Tolerances, friction: float | None = None
+) -> tuple[Contact, ...]:
+    """Return the contacts of a body with a fixed half-space, which always counts as the lower body.
+
+    `friction` replaces the plane's own coefficient.
+    """
+    found = (contact_with_plane(part, plane, tolerances, friction) for part in convex_parts(a))
+    return tuple(contact for contact in found if contact is not None)
 
 
 def contact_between(a: Solid, b: Solid, friction: float, tolerances: Tolerances) -> Contact | None:
@@ -62,7 +118,7 @@ def _closeness(a: Solid, b: Solid, reach: float) -> Closeness | None:
     return hull_closeness(as_hull(a), as_hull(b), reach)
 
 
-def _bounds_apart(a: Solid, b: Solid, reach: float) -> bool:
+def _bounds_apart(a: AnySolid, b: AnySolid, reach: float) -> bool:
     """Check that the bounding boxes are apart, which decides most pairs without contact."""
     (ax, ay, az), (bx, by, bz), (cx, cy, cz), (dx, dy, dz) = a.low_W, a.high_W, b.low_W, b.high_W
     return (

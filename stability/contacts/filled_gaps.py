@@ -6,7 +6,7 @@ ground. But the carton stands on the sheet, with the friction of the sheet, and 
 
 from collections.abc import Callable, Iterable, Mapping
 
-from stability.contacts.bodies import Solid
+from stability.contacts.bodies import AnySolid
 from stability.geometry.vectors import dot
 from stability.model import BodyId, Vec3
 from stability.problem import Contact
@@ -17,7 +17,7 @@ PARALLEL = 1.0 - 1e-6  # least cosine between the normals of contacts in a stack
 ContactsOf = Callable[[BodyId], Iterable[Contact]]
 
 
-def is_filled(contact: Contact, solids: Mapping[BodyId, Solid], contacts_of: ContactsOf, share: float) -> bool:
+def is_filled(contact: Contact, solids: Mapping[BodyId, AnySolid], contacts_of: ContactsOf, share: float) -> bool:
     """Check that a stack of thin bodies connects the two bodies of a contact along its normal.
 
     `solids` are all bodies except planes; `share` is the gap tolerance as a share of the least thickness.

@@ -178,8 +178,9 @@ def _is_supported(structure: Structure, name: BodyId, part: Collection[BodyId]) 
     """Check that a brick touches a body outside its part that is no wall beside it."""
     return any(
         abs(normal[2]) > LEVEL
-        for other, contact in structure.touching[name].items()
+        for other, contacts in structure.touching[name].items()
         if other not in part
+        for contact in contacts
         for normal in contact.normals_W
     )
 

@@ -6,10 +6,11 @@ from itertools import combinations
 from math import dist, radians
 from typing import TypeAlias
 
-from stability.contacts.bodies import solid
+from stability.contacts.bodies import convex_solid
 from stability.contacts.detection import contact_between
 from stability.dynamics.pendulum import Pendulum
 from stability.geometry.box_distance import TOUCHING, reach_between
+from stability.geometry.compound import Compound
 from stability.geometry.placed_shape import apart, apart_from_plane, corners_W, inertia_times
 from stability.geometry.vectors import (
     about,
@@ -250,7 +251,7 @@ def _edge_contact(part: FallingPart, contact: Contact, moving: Placed, angle: fl
     other = part.problem.bricks.get(contact.lower if moving.brick.id == contact.upper else contact.upper)
     if other is not None:
         now = _turned(moving, part.turn, angle)
-        return contact_between(solid(now), solid(other), contact.law.friction, Tolerances())
+        return contact_between(convex_solid(now), convex_solid(other), contact.law.friction, Tolerances())
     if all(_on_own_edge(part.turn, moving, point) for point in _on_axis(part.turn, moving, contact.points_W)):
         return contact  # the normal of the other body
     normals = tuple(_direction(normal, part.turn, angle) for normal in contact.normals_W)
@@ -325,8 +326,12 @@ def toppling_of(
 ) -> Toppling | None:
     """Return the toppling of the moving bricks; None unless it is one rotation about one axis of a proven single body.
 
+    None also with compounds, whose edges on the axis may lie within a face.
     `others` and `planes` are the bodies that they may hit, including their supports.
     """
+    bodies = [*problem.bricks.values(), *others]
+    if any(isinstance(placed.brick.shape, Compound) for placed in bodies):
+        return None
     part = falling_part(problem, motion, gravity)
     if part is None or not holds_together(part, 0.0):
         return None

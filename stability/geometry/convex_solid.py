@@ -1,11 +1,12 @@
 """Convex solids with flat faces, and scaled copies of shapes."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import final
 
 from stability.geometry.box import Box, OffCentreBox, UnknownShapeError
+from stability.geometry.compound import Compound, Part
 from stability.geometry.vectors import dot, scale
-from stability.model import ConvexShape, Face, Quaternion, Vec3
+from stability.model import ConvexShape, Face, Pose, Quaternion, Vec3
 
 
 @final
@@ -74,6 +75,20 @@ def scaled(shape: ConvexShape, factor: float) -> ConvexShape:
                 factor * shape.least_thickness,
                 factor * shape.length,
                 factor * shape.bounding_radius,
+            )
+        case Compound():
+            return replace(
+                shape,
+                parts=tuple(
+                    Part(scaled(part.shape, factor), Pose(scale(factor, part.place.position_W), part.place.orientation))
+                    for part in shape.parts
+                ),
+                unit_moments=scale(factor * factor, shape.unit_moments),
+                corners=tuple(scale(factor, corner) for corner in shape.corners),
+                volume=factor**3 * shape.volume,
+                least_thickness=factor * shape.least_thickness,
+                length=factor * shape.length,
+                bounding_radius=factor * shape.bounding_radius,
             )
         case _:
             raise UnknownShapeError("a scaled world", shape)

@@ -1,10 +1,13 @@
 """A shape at a pose: corners, bounds, distances and inertia in W."""
 
+from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
 from stability.geometry import box_distance
-from stability.geometry.box import Box, box_of
-from stability.geometry.box_distance import Block, Separation, block, blocks_apart
+from stability.geometry.box import MIDDLE, Box, box_of
+from stability.geometry.box_distance import Axes, Block, Separation, block, blocks_apart
+from stability.geometry.compound import Compound, Part
 from stability.geometry.vectors import add, body_axes, dot, inverse, multiply, rotate, scale, subtract
 from stability.model import IDENTITY, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
 
@@ -57,11 +60,52 @@ def principal_turn(shape: ConvexShape, orientation: Quaternion) -> Quaternion:
 # Distances between two bodies, or a body and a plane. Two boxes use faster code than other shapes.
 
 
-InPlace: TypeAlias = "Block | Hull"  # shape at a pose, with values for fast comparisons
+Convex: TypeAlias = "Block | Hull"  # convex shape at a pose, with values for fast comparisons
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedParts:
+    """Compound at a pose, as its convex parts."""
+
+    parts: "tuple[Convex, ...]"
+    p_WC: Vec3  # centre of mass [m]
+    axes_W: Axes  # body axes
+    low_W: Vec3  # of the bounding box [m]
+    high_W: Vec3
+    thickness: float  # least thickness [m]
+
+    @property
+    def middle_W(self) -> Vec3:
+        """The centre of the bounding box [m]."""
+        return scale(0.5, add(self.low_W, self.high_W))
+
+    @property
+    def reach(self) -> Vec3:
+        """The half size of the bounding box [m]."""
+        return scale(0.5, subtract(self.high_W, self.low_W))
+
+
+InPlace: TypeAlias = "Convex | PlacedParts"  # shape at a pose, with values for fast comparisons
 
 
 def in_place(shape: ConvexShape, pose: Pose) -> InPlace:
     """Prepare a shape at a pose for comparisons."""
+    if isinstance(shape, Compound):
+        parts = tuple(_convex_in_place(part.shape, part_pose(part, pose)) for part in shape.parts)
+        lows, highs = zip(*(part.low_W for part in parts), strict=True), zip(*(p.high_W for p in parts), strict=True)
+        (ax, ay, az), (bx, by, bz) = map(min, lows), map(max, highs)
+        return PlacedParts(
+            parts,
+            pose.position_W,
+            body_axes(pose.orientation),
+            (ax, ay, az),
+            (bx, by, bz),
+            shape.least_thickness,
+        )
+    return _convex_in_place(shape, pose)
+
+
+def _convex_in_place(shape: ConvexShape, pose: Pose) -> Convex:
     if isinstance(shape, Box):
         return block(shape.size, pose)
     boxed = box_of(shape)
@@ -73,6 +117,21 @@ def in_place(shape: ConvexShape, pose: Pose) -> InPlace:
     return hull(shape, pose.position_W, body_axes(pose.orientation))
 
 
+def part_pose(part: Part, pose: Pose) -> Pose:
+    """Return the pose of a part of a compound at a pose."""
+    if part.place == Pose(MIDDLE):
+        return pose
+    place, turn = part.place, pose.orientation
+    if place.orientation != IDENTITY:
+        turn = multiply(turn, place.orientation) if turn != IDENTITY else place.orientation
+    return Pose(middle_pose(place.position_W, pose).position_W, turn)
+
+
+def convex_parts(body: InPlace) -> "tuple[Convex, ...]":
+    """Return the convex parts of a body: those of a compound, or the body itself."""
+    return body.parts if isinstance(body, PlacedParts) else (body,)
+
+
 def middle_pose(middle: Vec3, pose: Pose) -> Pose:
     """Return the pose of a body with its origin moved to a point, given from the centre of mass in body axes [m]."""
     x, y, z = body_axes(pose.orientation)
@@ -81,7 +140,10 @@ def middle_pose(middle: Vec3, pose: Pose) -> Pose:
 
 
 def bodies_apart(a: InPlace, b: InPlace) -> Separation:
-    """Return the separation of body a from body b."""
+    """Return the separation of body a from body b: of compounds, that of the two closest parts."""
+    if isinstance(a, PlacedParts) or isinstance(b, PlacedParts):
+        pairs = product(convex_parts(a), convex_parts(b))
+        return min((bodies_apart(one, other) for one, other in pairs), key=lambda apart: apart.gap)
     if isinstance(a, Block) and isinstance(b, Block):
         return blocks_apart(a, b)
     from stability.geometry import polyhedra  # noqa: PLC0415 -- boxes do without numpy
@@ -92,8 +154,13 @@ def bodies_apart(a: InPlace, b: InPlace) -> Separation:
 def meeting(moving: InPlace, fixed: InPlace, direction_W: Vec3, graze: float) -> tuple[float, float] | None:
     """Return the travel along a unit direction at which a body enters and leaves another [m]; None if it misses it.
 
-    An overlap across the direction of less than `graze` [m] counts as a miss.
+    An overlap across the direction of less than `graze` [m] counts as a miss. A compound enters with its first part
+    and leaves with its last one.
     """
+    if isinstance(moving, PlacedParts) or isinstance(fixed, PlacedParts):
+        pairs = product(convex_parts(moving), convex_parts(fixed))
+        ways = [way for one, other in pairs if (way := meeting(one, other, direction_W, graze)) is not None]
+        return (min(way[0] for way in ways), max(way[1] for way in ways)) if ways else None
     if isinstance(moving, Block) and isinstance(fixed, Block):
         return box_distance.meeting(moving, fixed, direction_W, graze)
     from stability.geometry import polyhedra  # noqa: PLC0415 -- boxes do without numpy
@@ -103,6 +170,8 @@ def meeting(moving: InPlace, fixed: InPlace, direction_W: Vec3, graze: float) ->
 
 def above_plane(body: InPlace, plane: Plane) -> Separation:
     """Return the separation of a body from a half-space."""
+    if isinstance(body, PlacedParts):
+        return min((above_plane(part, plane) for part in body.parts), key=lambda apart: apart.gap)
     if isinstance(body, Block):
         return box_distance.block_above_plane(body, plane)
     height = dot(subtract(body.p_WC, plane.point_W), plane.normal_W)
@@ -113,6 +182,8 @@ def above_plane(body: InPlace, plane: Plane) -> Separation:
 
 def distance_outside(body: InPlace, point_W: Vec3) -> float:
     """Return the largest distance of a point outside the planes of a body's faces [m]; negative inside."""
+    if isinstance(body, PlacedParts):
+        return min(distance_outside(part, point_W) for part in body.parts)
     if isinstance(body, Block):
         offset = subtract(point_W, body.p_WC)
         sides = zip(body.axes_W, body.half, strict=True)
@@ -122,7 +193,7 @@ def distance_outside(body: InPlace, point_W: Vec3) -> float:
     return max(dot(offset, normal) - reach for normal, reach in sides)
 
 
-def _as_hull(body: InPlace) -> "Hull":
+def _as_hull(body: Convex) -> "Hull":
     from stability.geometry.polyhedra import hull  # noqa: PLC0415 -- boxes do without numpy
 
     return hull(Box(scale(2.0, body.half)), body.p_WC, body.axes_W) if isinstance(body, Block) else body

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from math import ceil, floor, inf, log10
 from time import perf_counter
 from types import MappingProxyType
@@ -743,7 +744,7 @@ class Assembly(AssemblyAnswers):
 
     def _gap_question(self, structure: Structure) -> tuple[CountedGaps, ...]:
         """Return the question whether the proof of all bricks depends on gaps as contact; none without gaps."""
-        across = tuple(structure.across_gaps.values())
+        across = tuple(chain(*structure.across_gaps.values()))
         if not across:
             return ()
         bricks, site = tuple(structure.bricks.values()), (structure.planes, structure.friction, structure.gravity)

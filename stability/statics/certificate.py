@@ -196,7 +196,7 @@ def supports_of(structure: Structure, brick: BodyId) -> list[BodyId]:
 def _of_unknown(structure: Structure, name: BodyId, leans_on: Iterable[BodyId]) -> Shares:
     """Return the shares of a brick whose load is not passed down by vertical forces."""
     supports = sorted({*supports_of(structure, name), *leans_on})
-    able = [on for on in supports if _takes_weight(structure.touching[name][on])]
+    able = [on for on in supports if any(map(_takes_weight, structure.touching[name][on]))]
     if len(able) == 1:
         return {on: 1.0 if on == able[0] else 0.0 for on in supports}
     return {on: nan if on in able else 0.0 for on in supports}

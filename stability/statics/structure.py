@@ -2,12 +2,12 @@
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import count
+from itertools import chain, count
 from math import inf
 
 from stability.contact_law import Friction, GivenFriction, as_friction
-from stability.contacts.bodies import Solid, solid
-from stability.contacts.detection import contact_between, contact_with_plane
+from stability.contacts.bodies import AnySolid, solid
+from stability.contacts.detection import contacts_between, contacts_with_plane
 from stability.contacts.filled_gaps import ROOM, is_filled
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import apart, apart_from_plane
@@ -30,14 +30,14 @@ class StructureState:
     """Snapshot of all mutable data of a structure."""
 
     bricks: Mapping[BodyId, Placed]
-    touching: Mapping[BodyId, dict[BodyId, Contact]]
+    touching: Mapping[BodyId, dict[BodyId, tuple[Contact, ...]]]
     supports: Mapping[BodyId, list[Contact]]
     carried: Mapping[BodyId, list[BodyId]]
     cores: Mapping[BodyId, LoadCore]
     weights: Mapping[BodyId, VerticalLoad]
     turn: Mapping[BodyId, int]
-    solids: Mapping[BodyId, Solid]
-    across_gaps: Mapping[tuple[BodyId, BodyId], Contact]
+    solids: Mapping[BodyId, AnySolid]
+    across_gaps: Mapping[tuple[BodyId, BodyId], tuple[Contact, ...]]
     joined: Mapping[tuple[BodyId, BodyId], tuple[Contact, ...]]
     applied: Mapping[BodyId, Wrench]
 
@@ -58,19 +58,21 @@ class Structure:
     loads: Loads = UNLOADED
     journal: Journal = field(default_factory=Journal)  # undoes an interrupted change
     bricks: JournaledDict[BodyId, Placed] = field(init=False)
-    touching: JournaledDict[BodyId, dict[BodyId, Contact]] = field(init=False)  # by brick, then by other body
+    # by brick, then by other body: one contact, or several of a compound
+    touching: JournaledDict[BodyId, dict[BodyId, tuple[Contact, ...]]] = field(init=False)
     supports: JournaledDict[BodyId, list[Contact]] = field(init=False)  # contacts that can push a brick vertically up
     carried: JournaledDict[BodyId, list[BodyId]] = field(init=False)  # bricks that a brick can push vertically up
     cores: JournaledDict[BodyId, LoadCore] = field(init=False)
     # The weight of each brick, with its applied loads if the sum is a vertical force downwards.
     weights: JournaledDict[BodyId, VerticalLoad] = field(init=False)
     applied: JournaledDict[BodyId, Wrench] = field(init=False)  # the loads on each loaded brick
-    across_gaps: JournaledDict[tuple[BodyId, BodyId], Contact] = field(init=False)  # by lower and upper body
+    # by lower and upper body
+    across_gaps: JournaledDict[tuple[BodyId, BodyId], tuple[Contact, ...]] = field(init=False)
     # by lower and upper body: the contacts that joints add to that in `touching`
     joined: JournaledDict[tuple[BodyId, BodyId], tuple[Contact, ...]] = field(init=False)
     _turn: JournaledDict[BodyId, int] = field(init=False)  # the order in which the cores were computed
     _law: Friction = field(init=False)
-    _solids: JournaledDict[BodyId, Solid] = field(init=False)
+    _solids: JournaledDict[BodyId, AnySolid] = field(init=False)
     _thinnest: float = inf  # of all bodies ever present [m]
     _thickest: float = 0.0
     _neighbours: JournaledNeighbours = field(init=False)
@@ -96,7 +98,7 @@ class Structure:
         for placed in self.tables:
             self._show(solid(placed))
 
-    def _show(self, own: Solid) -> None:
+    def _show(self, own: AnySolid) -> None:
         self._solids[own.id] = own
         self._thinnest, self._thickest = min(self._thinnest, own.shortest), max(self._thickest, own.shortest)
         self._neighbours.add(own.id, own.low_W, own.high_W)
@@ -119,14 +121,14 @@ class Structure:
         self.find_core(name)
         self._part(filled)
 
-    def _found(self, own: Solid) -> list[Contact]:
+    def _found(self, own: AnySolid) -> list[Contact]:
         """Return the contacts of a body within the reach of contact."""
         law, near = self._law, self.tolerances
-        contacts = [contact_with_plane(own, plane, near, law.on(own.id, plane)) for plane in self.planes]
+        contacts = [c for plane in self.planes for c in contacts_with_plane(own, plane, near, law.on(own.id, plane))]
         for other in self._neighbours.around(own.low_W, own.high_W, reach_between(own.shortest, share=near.gap)):
             if other != own.id:
-                contacts.append(contact_between(own, self._solids[other], law.of(own.id, other), near))
-        return [contact for contact in contacts if contact is not None]
+                contacts += contacts_between(own, self._solids[other], law.of(own.id, other), near)
+        return contacts
 
     def _unfilled(self, contacts: Iterable[Contact], coming: Sequence[Contact]) -> list[Contact]:
         """Return the old and new contacts whose gaps no body fills."""
@@ -134,7 +136,7 @@ class Structure:
             return list(contacts)
 
         def contacts_of(body: BodyId) -> Iterable[Contact]:
-            return [*self.touching.get(body, {}).values(), *(c for c in coming if body in (c.lower, c.upper))]
+            return [*chain(*self.touching.get(body, {}).values()), *(c for c in coming if body in (c.lower, c.upper))]
 
         return [c for c in contacts if not is_filled(c, self._solids, contacts_of, self.tolerances.gap)]
 
@@ -150,14 +152,14 @@ class Structure:
         filled = self._filled_by(own, self._found(own))
         return self.upwards(self.with_all_above({c.upper for c in filled} & self.bricks.keys()))
 
-    def _filled_by(self, own: Solid, coming: Sequence[Contact]) -> list[Contact]:
+    def _filled_by(self, own: AnySolid, coming: Sequence[Contact]) -> list[Contact]:
         """Return the contacts across gaps that a new body fills, given its contacts."""
         if not self._may_fill(own.shortest):
             return []
         self._thinnest = min(self._thinnest, own.shortest)
         self._solids[own.id] = own
         touched = {body for c in coming for body in (c.lower, c.upper) if body in self.bricks}
-        known = {(c.lower, c.upper): c for body in sorted(touched) for c in self.touching[body].values()}
+        known = {id(c): c for body in sorted(touched) for c in chain(*self.touching[body].values())}
         still = self._unfilled(known.values(), coming)
         del self._solids[own.id]
         return [c for c in known.values() if c not in still]
@@ -169,32 +171,36 @@ class Structure:
             bodies |= {name: self.bricks[name] for name in (lower, upper) if name in self.bricks}
             added = self.joints.contacts(contact, bodies)
             if added:
-                self.joined[lower, upper] = added
+                self.joined[lower, upper] = (*self.joined.get((lower, upper), ()), *added)
             else:
                 contact = self.joints.dry_contact(contact, bodies)
         if contact.gaps:
-            self.across_gaps[lower, upper] = contact
+            self.across_gaps[lower, upper] = (*self.across_gaps.get((lower, upper), ()), contact)
         for body, other in ((lower, upper), (upper, lower)):
             if body in self.bricks:
-                self.touching[body] = {**self.touching[body], other: contact}
+                known = self.touching[body]
+                self.touching[body] = {**known, other: (*known.get(other, ()), contact)}
         if upper in self.bricks and carries_upright(contact):
             self.supports[upper] = [*self.supports[upper], contact]
             if lower in self.bricks:
                 self.carried[lower] = [*self.carried[lower], upper]
 
     def _part(self, contacts: Sequence[Contact]) -> None:
-        """Remove contacts whose gaps are filled."""
-        for contact in contacts:
-            lower, upper = contact.lower, contact.upper
-            self.across_gaps.pop((lower, upper), None)
-            self.joined.pop((lower, upper), None)
-            for body, other in ((lower, upper), (upper, lower)):
-                if body in self.bricks:
-                    self.touching[body] = {each: c for each, c in self.touching[body].items() if each != other}
-            if upper in self.bricks:
-                self.supports[upper] = [c for c in self.supports[upper] if c.lower != lower]
-            if lower in self.bricks:
-                self.carried[lower] = [each for each in self.carried[lower] if each != upper]
+        """Remove all contacts of the bodies of contacts whose gaps are filled, and join those that touch elsewhere."""
+        filled = {id(contact) for contact in contacts}
+        pairs = dict.fromkeys((contact.lower, contact.upper) for contact in contacts)
+        for lower, upper in pairs:
+            known = self.touching[upper if upper in self.bricks else lower]
+            left = [c for c in known.get(lower if upper in self.bricks else upper, ()) if id(c) not in filled]
+            for one, other in ((lower, upper), (upper, lower)):
+                self.across_gaps.pop((one, other), None)
+                self.joined.pop((one, other), None)
+                if one in self.bricks:
+                    self.touching[one] = {each: c for each, c in self.touching[one].items() if each != other}
+                    self.supports[one] = [c for c in self.supports[one] if c.lower != other]
+                    self.carried[one] = [each for each in self.carried[one] if each != other]
+            for contact in left:
+                self._join(contact)
         for brick in self.upwards(self.with_all_above({c.upper for c in contacts} & self.bricks.keys())):
             self.find_core(brick)
 
@@ -231,7 +237,7 @@ class Structure:
     def take(self, brick: BodyId) -> None:
         """Remove a brick. The cores of the bricks that it carried still include it and must be computed again."""
         touched = self.touching.pop(brick)
-        for contact in touched.values():
+        for contact in chain(*touched.values()):
             self.across_gaps.pop((contact.lower, contact.upper), None)
             self.joined.pop((contact.lower, contact.upper), None)
         beside = [other for other in touched if other in self.bricks]
@@ -318,13 +324,14 @@ class Structure:
 
     def contacts_of(self, group: Collection[BodyId]) -> list[Contact]:
         """Return all contacts of a group, each once, in the order of the group; those that joints add come last."""
-        contacts: dict[tuple[BodyId, BodyId], Contact] = {}
+        contacts: dict[int, Contact] = {}  # by identity, which both bodies share
         for brick in group:
-            for contact in self.touching[brick].values():
-                contacts.setdefault((contact.lower, contact.upper), contact)
+            for contact in chain(*self.touching[brick].values()):
+                contacts[id(contact)] = contact
         if not self.joined:
             return list(contacts.values())
-        return [*contacts.values(), *(added for pair in contacts for added in self.joined.get(pair, ()))]
+        pairs = dict.fromkeys((contact.lower, contact.upper) for contact in contacts.values())
+        return [*contacts.values(), *(added for pair in pairs for added in self.joined.get(pair, ()))]
 
     def problem(self, group: Sequence[BodyId], contacts: Sequence[Contact]) -> Problem:
         """Return the equilibrium problem of a group under its weight and the loads on it."""

@@ -14,6 +14,7 @@ from stability.model import GROUND, BodyId, ConvexShape, Plane, Pose, Quaternion
 from stackdsl.compiler.fit import CrowdedError, Fit, PlacementIndex, TimedShape, fits
 from stackdsl.language.bricks import BrickKind, Form, SetBrick, laid
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, MortaredParams, place
+from stackdsl.language.rotations import about_axes, about_z, half_turn
 from stackdsl.language.schema import BuildStep, Scenario
 from stackdsl.language.yaml.source import KeyPath
 
@@ -154,23 +155,6 @@ def _pose_with_point(pose: Pose, point: Vec3) -> Pose:
 
 def _prefixed(step: BuildStep, name: str | None) -> str | None:
     return f"{step.name}.{name}" if step.name and name else name
-
-
-def about_z(angle: float) -> Quaternion:
-    """Return the rotation by an angle about the vertical [rad]."""
-    sine, cosine = half_turn(angle)
-    return (0.0, 0.0, sine, cosine)
-
-
-def half_turn(angle: float) -> tuple[float, float]:
-    """Return the sine and cosine of half an angle, rounded to digits on which all processors agree."""
-    return round(sin(angle / 2.0), 15), round(cos(angle / 2.0), 15)
-
-
-def about_axes(angles: Vec3) -> Quaternion:
-    """Return the rotation about the scene axes x, then y, then z [rad]."""
-    (sin_x, cos_x), (sin_y, cos_y) = half_turn(angles[0]), half_turn(angles[1])
-    return multiply(about_z(angles[2]), multiply((0.0, sin_y, 0.0, cos_y), (sin_x, 0.0, 0.0, cos_x)))
 
 
 # Levels and names. The automatic name is `L3.2` for the second brick of level 3.

@@ -1,11 +1,12 @@
 """Checks that every brick fits where it is placed: outside other bodies, and on a support."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from math import hypot, inf
 
 from stability.geometry.box_distance import LIMIT_ITSELF, Block, Separation, gap_bridged, reach_between
-from stability.geometry.placed_shape import InPlace, above_plane, bodies_apart, in_place
+from stability.geometry.placed_shape import InPlace, PlacedParts, above_plane, bodies_apart, convex_parts, in_place
 from stability.geometry.spatial_grid import Neighbours
 from stability.model import ConvexShape, Plane, Pose, Vec3
 
@@ -175,10 +176,10 @@ class PlacementIndex:
             below += [near for near in self._under(index) if near.is_below]
         nearest = min(below, key=lambda near: near.apart.gap, default=None)
         return Fit(
-            on_boxes=tuple(near.number for near in on_boxes if near.touches and near.is_below),
-            on_planes=tuple(near.number for near in on_planes if near.touches and near.is_below),
-            beside_boxes=tuple(near.number for near in on_boxes if near.touches and not near.is_below),
-            beside_planes=tuple(near.number for near in on_planes if near.touches and not near.is_below),
+            on_boxes=_each_once(near.number for near in on_boxes if near.touches and near.is_below),
+            on_planes=_each_once(near.number for near in on_planes if near.touches and near.is_below),
+            beside_boxes=_each_once(near.number for near in on_boxes if near.touches and not near.is_below),
+            beside_planes=_each_once(near.number for near in on_planes if near.touches and not near.is_below),
             clearance=nearest.apart.gap if nearest is not None else inf,
             reach=nearest.reach if nearest is not None else 0.0,
         )
@@ -203,11 +204,19 @@ class PlacementIndex:
                 if self._pairs > MAX_PAIRS + MAX_PAIRS_EACH * len(blocks) or self._cost > MAX_COST:
                     raise CrowdedError(index)
                 between = reach_between(own.thickness, blocks[other].thickness)
-                yield _Near(other, bodies_apart(own, blocks[other]), between)
+                for one, part in product(convex_parts(own), convex_parts(blocks[other])):
+                    yield _Near(other, bodies_apart(one, part), between)
+
+
+def _each_once(numbers: Iterable[int]) -> tuple[int, ...]:
+    """Return numbers without repetitions, since several parts of two bodies may touch."""
+    return tuple(dict.fromkeys(numbers))
 
 
 def _cost(one: InPlace, other: InPlace) -> float:
     """Return the cost of the separation of two bodies, in that of two boxes."""
+    if isinstance(one, PlacedParts) or isinstance(other, PlacedParts):
+        return sum(_cost(part, against) for part, against in product(convex_parts(one), convex_parts(other)))
     if isinstance(one, Block) and isinstance(other, Block):
         return 1.0
     edges = [BOX_EDGES if isinstance(each, Block) else len(each.directions) for each in (one, other)]

@@ -8,7 +8,7 @@ from math import atan2, cos, inf, sin, sqrt
 from stability.geometry.placed_shape import apart, distance_outside, in_place, meeting
 from stability.geometry.vectors import add, add_scaled, inverse, norm, rotate, scale, subtract
 from stability.model import BodyId, Brick, Pose, Quaternion, Vec3
-from stackdsl.compiler.bricks import ActionOrder, about_axes, about_z
+from stackdsl.compiler.bricks import ActionOrder
 from stackdsl.compiler.fit import OVERLAP
 from stackdsl.compiler.impact_scene import (
     ImpactScene,
@@ -25,6 +25,7 @@ from stackdsl.compiler.schedule import ResolvedScenario, tilt_of, turned_pose
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.impacts import Cut, Drop, Glue, Hold, ImpactKind, Move, Push, Remove, Throw
 from stackdsl.language.quantities import SPEED
+from stackdsl.language.rotations import about_axes, about_z
 from stackdsl.language.schema import Scenario
 from stackdsl.language.value_types import named_in
 from stackdsl.language.yaml.source import KeyPath, Source

@@ -20,17 +20,26 @@ from pydantic import (
 )
 
 from stability.geometry.box import MIDDLE, Box, OffCentreBox
+from stability.geometry.compound import MOST_PARTS
 from stability.geometry.convex_solid import NotASolidError
-from stability.geometry.vectors import SHORTEST, scale, subtract
-from stability.model import GROUND, ConvexShape, Vec3
+from stability.geometry.vectors import SHORTEST, rotate, scale, subtract
+from stability.model import GROUND, ConvexShape, Pose, Vec3
 from stability.statics.assembly import LIGHTEST
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language import value_types as t
+from stackdsl.language.compound_parts import (
+    MOST_CELLS,
+    SectionShape,
+    hollow_block_boxes,
+    section_boxes,
+    table_boxes,
+)
 from stackdsl.language.joints import LEGO_STUDS, StudGrid
 from stackdsl.language.layouts.registry import BrickSpec
 from stackdsl.language.lego import LEGO, PLATES, meant_lego
 from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Shorthand, default
 from stackdsl.language.quantities import SIDE, ConsequentialError, InputError, shown, triple
+from stackdsl.language.rotations import about_axes
 from stackdsl.language.value_types import Levels
 from stackdsl.supervising.executors import supervised
 from stackdsl.supervising.worker import Task, TaskStatus, memory_limited
@@ -207,6 +216,18 @@ def hull_form(points: tuple[Vec3, ...], centre_of_mass: Vec3 | None = None) -> F
 
 
 @lru_cache(maxsize=KEPT)
+def compound_form(parts: tuple[tuple[ConvexShape, Pose], ...], centre_of_mass: Vec3 | None = None) -> Form:
+    """Return the form of a rigid body of convex parts. Raises InputError."""
+    from stability.geometry.compound_making import compound  # noqa: PLC0415 -- few scenarios need it
+
+    try:
+        made = compound(parts, centre_of_mass)
+    except NotASolidError as error:
+        raise InputError("SD104", error.message, error.hint) from error
+    return _form(made.shape, made.centre_of_mass)
+
+
+@lru_cache(maxsize=KEPT)
 def mesh_form(text: str, file: str, unit: str, centre_of_mass: Vec3 | None = None) -> Form:
     """Return the form of the solid in the text of an OBJ file. Raises InputError."""
     from stability.geometry.solid_making import solid_of_mesh  # noqa: PLC0415 -- boxes do not need scipy
@@ -287,6 +308,7 @@ def cut_to(form: Form, size: Vec3) -> Form:
 
 
 MAX_TYPES: Final = 1000
+MOST_AT_HAND: Final = 1000  # corners of a solid in YAML
 PLAY: Final = 0.05  # share of the pitch by which a brick with studs may be shorter or longer than its studs
 
 
@@ -311,6 +333,11 @@ class KnownBricks(Mapping[str, "BrickKind | None"]):
         return len(self.kinds)
 
 
+Points: TypeAlias = Annotated[
+    tuple[tuple[t.Length, t.Length, t.Length], ...], Field(min_length=4, max_length=MOST_AT_HAND)
+]
+
+
 class Prism(AuthorModel):
     """A solid with a constant cross-section along one axis."""
 
@@ -325,17 +352,83 @@ class Prism(AuthorModel):
         return self
 
 
+class PartOfBrick(ExactlyOneKey):
+    """A convex part of a rigid brick."""
+
+    size: tuple[t.Side, t.Side, t.Side] | None = Field(None, description="length, width and thickness of a box")
+    prism: Prism | None = Field(None, description="a prism, such as a wedge")
+    points: Points | None = Field(None, description="corners [x, y, z] of a convex solid, in any order")
+    at: tuple[t.Length, t.Length, t.Length] = default(
+        ["0 mm", "0 mm", "0 mm"], "position [x, y, z] of the centre of a box, or of the origin of a solid, in the brick"
+    )
+    rotate: tuple[t.Angle, t.Angle, t.Angle] = default(
+        ["0 deg", "0 deg", "0 deg"], "rotation about the axes of the brick: first x, then y, then z"
+    )
+
+    one_of: ClassVar[tuple[str, ...]] = ("size", "prism", "points")
+
+    def placed(self) -> tuple[ConvexShape, Pose]:
+        """Return the shape of the part, and the place of its centre of mass in the frame of the brick."""
+        form = _form_of({"size": self.size, "prism": self.prism, "points": self.points}, None, None)
+        assert form is not None
+        turn = about_axes(self.rotate)
+        return form.shape, Pose(subtract(self.at, rotate(turn, form.origin)), turn)
+
+
+class Section(AuthorModel):
+    """A brick with a constant section, along y."""
+
+    shape: SectionShape = Field(description="L, T, U (open above), I, or channel (a U that is open towards +x)")
+    size: tuple[t.Side, t.Side, t.Side] = Field(description="width, length and height of the whole: x, y and z")
+    thickness: t.Side = Field(description="thickness of the web and the flanges")
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        section_boxes(self.shape, self.size, self.thickness)
+        return self
+
+
+class HollowBlock(AuthorModel):
+    """A block with cells in a row along x, open above and below."""
+
+    size: tuple[t.Side, t.Side, t.Side] = Field(description="length, width and height of the whole")
+    wall: t.Side = Field(description="thickness of all walls")
+    cells: Annotated[int, Field(strict=True, ge=1, le=MOST_CELLS)] = Field(2, description="number of cells")
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        hollow_block_boxes(self.size, self.wall, self.cells)
+        return self
+
+
+class TableBrick(AuthorModel):
+    """A table with four square legs at its corners."""
+
+    size: tuple[t.Side, t.Side, t.Side] = Field(description="length, width and height of the whole")
+    top: t.Side = Field(description="thickness of the top")
+    leg: t.Side = Field(description="side of each leg")
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        table_boxes(self.size, self.top, self.leg)
+        return self
+
+
 class BrickKind(Shorthand, ExactlyOneKey):
-    """A brick from the catalogue, or a box or convex solid with its size and mass."""
+    """A brick from the catalogue, or a box, a convex solid or a body of several parts, with its size and mass."""
 
     size: tuple[t.Side, t.Side, t.Side] | None = Field(None, description="length, width and thickness of a box")
     prism: Prism | None = Field(None, description="a prism, such as a wedge or an arch stone")
-    points: Annotated[tuple[tuple[t.Length, t.Length, t.Length], ...], Field(min_length=4, max_length=1000)] | None = (
-        Field(None, description="corners [x, y, z] of a convex solid, in any order")
-    )
+    points: Points | None = Field(None, description="corners [x, y, z] of a convex solid, in any order")
     file: t.Text | None = Field(
         None, description="OBJ file of a convex solid; the path is relative to the folder of this file"
     )
+    parts: Annotated[tuple[PartOfBrick, ...], Field(min_length=1, max_length=MOST_PARTS)] | None = Field(
+        None, description="convex parts of one rigid brick, which touch without overlap"
+    )
+    section: Section | None = Field(None, description="a brick of L, T, U, I or channel section")
+    hollow_block: HollowBlock | None = Field(None, description="a block with cells that are open above and below")
+    table: TableBrick | None = Field(None, description="a table with four legs")
     unit: Literal["mm", "cm", "m"] | None = Field(None, description="unit of length in the OBJ file")
     centre_of_mass: tuple[t.Length, t.Length, t.Length] | None = Field(
         None,
@@ -354,7 +447,10 @@ class BrickKind(Shorthand, ExactlyOneKey):
     _kind_name: str = PrivateAttr("")
 
     one_of: ClassVar[tuple[str, ...]] = ("density", "mass")
-    also_one_of: ClassVar[tuple[str, ...]] = ("size", "prism", "points", "file")
+    also_one_of: ClassVar[tuple[str, ...]] = (
+        *("size", "prism", "points", "file"),
+        *("parts", "section", "hollow_block", "table"),
+    )
     examples: ClassVar[Mapping[str, str]] = {"density": "500 kg/m3", "size": "[120 mm, 24 mm, 8 mm]"}
 
     @property
@@ -404,6 +500,13 @@ class BrickKind(Shorthand, ExactlyOneKey):
         if points is not None:
             hull_form(points)
         return points
+
+    @field_validator("parts")
+    @classmethod
+    def _join_the_parts(cls, parts: tuple[PartOfBrick, ...] | None) -> tuple[PartOfBrick, ...] | None:
+        if parts is not None:
+            compound_form(tuple(part.placed() for part in parts))
+        return parts
 
     @field_validator("unit")
     @classmethod
@@ -491,7 +594,7 @@ def _text_of(file: str, info: ValidationInfo) -> str:
     return str(files[file])
 
 
-def _form_of(written: Mapping[str, Any], centre: Vec3 | None, info: ValidationInfo) -> Form | None:
+def _form_of(written: Mapping[str, Any], centre: Vec3 | None, info: ValidationInfo | None) -> Form | None:
     """Return the form that the written keys describe; None if one of them has a mistake."""
     if written.get("size") is not None:
         return box_form(written["size"], centre)
@@ -499,7 +602,15 @@ def _form_of(written: Mapping[str, Any], centre: Vec3 | None, info: ValidationIn
         return prism_form(written["prism"].outline, written["prism"].depth, centre)
     if written.get("points") is not None:
         return hull_form(written["points"], centre)
-    if written.get("file") is not None and written.get("unit") is not None:
+    if written.get("parts") is not None:
+        return compound_form(tuple(part.placed() for part in written["parts"]), centre)
+    if (section := written.get("section")) is not None:
+        return compound_form(section_boxes(section.shape, section.size, section.thickness), centre)
+    if (block := written.get("hollow_block")) is not None:
+        return compound_form(hollow_block_boxes(block.size, block.wall, block.cells), centre)
+    if (table := written.get("table")) is not None:
+        return compound_form(table_boxes(table.size, table.top, table.leg), centre)
+    if info is not None and written.get("file") is not None and written.get("unit") is not None:
         return mesh_form(_text_of(written["file"], info), written["file"], written["unit"], centre)
     return None
 

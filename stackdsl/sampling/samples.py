@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
+from itertools import chain
 from math import acos, hypot, inf
 from typing import Final
 
@@ -174,7 +175,7 @@ def _part(number: int, placed: Placed, structure: Structure, jitter: Jitter | No
     name, (x, y, _) = placed.brick.id, placed.pose.position_W
     corners = corners_W(placed.brick.shape, placed.pose)
     radius = max(hypot(cx - x, cy - y) for cx, cy, _ in corners)
-    carried = tuple(c for c in structure.touching[name].values() if c.upper == name and carries_upright(c))
+    carried = tuple(c for c in chain(*structure.touching[name].values()) if c.upper == name and carries_upright(c))
     low, high = min(z for _, _, z in corners), max(z for _, _, z in corners)
     return DesignedBrick(number, placed, flat, low, high, radius, placed.brick.shape.least_thickness, carried, jitter)
 

@@ -10,6 +10,7 @@ from stability.dynamics.ground_motion import GroundMotion
 from stability.engines.edge_normals import WrongNormal, wrong_normals
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SAMPLING, USUAL_GRAVITY
+from stability.geometry.compound import Compound
 from stability.geometry.placed_shape import InPlace, apart_from_plane, bodies_apart, in_place, inertia_times
 from stability.geometry.spatial_grid import Neighbours
 from stability.geometry.vectors import add, cross, dot, inverse, norm, rotate, scale, subtract, turn_between
@@ -376,15 +377,15 @@ def _contacts(
 ) -> Iterable[tuple[BodyId, BodyId, Contact]]:
     """Yield each contact of a moving brick with a resting body: the brick, the body, the contact."""
     from stability.contacts.bodies import solid  # noqa: PLC0415 -- only proofs need it
-    from stability.contacts.detection import contact_between, contact_with_plane  # noqa: PLC0415 -- only proofs need it
+    from stability.contacts.detection import contacts_between, contacts_with_plane  # noqa: PLC0415 -- only proofs need it
 
     still = [solid(placed) for name, placed in bricks.items() if name not in motion.velocity]
     tolerances, any_friction = Tolerances(), 0.0
     for name in motion.velocity:
         mover = solid(bricks[name])
-        touching = [(plane.id, contact_with_plane(mover, plane, tolerances)) for plane in planes]
-        touching += [(other.id, contact_between(mover, other, any_friction, tolerances)) for other in still]
-        yield from ((name, other, contact) for other, contact in touching if contact is not None)
+        touching = [(plane.id, contacts_with_plane(mover, plane, tolerances)) for plane in planes]
+        touching += [(other.id, contacts_between(mover, other, any_friction, tolerances)) for other in still]
+        yield from ((name, other, contact) for other, contacts in touching for contact in contacts)
 
 
 # Overlap of bodies by their shapes, independent of the contacts of the engine.
@@ -624,6 +625,11 @@ class PassingWatch:
 
 def entry(shape: ConvexShape, start: Vec3, end: Vec3) -> float | None:
     """Return the share of a line between two points, in body axes [m], after which it enters a shape; None if never."""
+    if isinstance(shape, Compound):
+        entries = [
+            entry(part.shape, _seen_from(part.place, start), _seen_from(part.place, end)) for part in shape.parts
+        ]
+        return min((share for share in entries if share is not None), default=None)
     first, last = 0.0, 1.0
     for face in shape.faces:
         outside = dot(face.normal, subtract(start, shape.corners[face.corners[0]]))

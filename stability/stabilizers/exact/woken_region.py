@@ -7,7 +7,7 @@ from math import dist
 from typing import Self
 
 from stability.contacts.bodies import solid
-from stability.contacts.detection import contact_between
+from stability.contacts.detection import contacts_between
 from stability.dynamics.rigid_body import AppliedForce
 from stability.engines.protocol import AcceptsForces, Engine, WeldingEngine
 from stability.geometry.placed_shape import apart
@@ -294,12 +294,13 @@ class DeadLoad:
 
     def on(self, carrying: Placed) -> list[AppliedForce]:
         """Return the forces on the carrying brick at its current pose; none without contact."""
-        contact = contact_between(solid(carrying), solid(self.by), self.friction, Tolerances())
-        if contact is None:
-            return []
-        down_W = _normal(contact, seen_from=self.by.brick.id)
-        force_W = scale(self.size / len(contact.points_W), down_W)
-        return [AppliedForce(force_W, at_W, self.friction) for at_W in contact.points_W]
+        contacts = contacts_between(solid(carrying), solid(self.by), self.friction, Tolerances())
+        share = self.size / max(sum(len(contact.points_W) for contact in contacts), 1)
+        return [
+            AppliedForce(scale(share, _normal(contact, seen_from=self.by.brick.id)), at_W, self.friction)
+            for contact in contacts
+            for at_W in contact.points_W
+        ]
 
 
 @dataclass

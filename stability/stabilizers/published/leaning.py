@@ -6,7 +6,7 @@ from itertools import combinations_with_replacement, pairwise
 from math import dist, hypot
 
 from stability.contact_law import Friction
-from stability.contacts.bodies import Solid, solid
+from stability.contacts.bodies import Solid, convex_solid
 from stability.contacts.detection import contact_between, contact_with_plane
 from stability.engines.protocol import Engine
 from stability.geometry.box_distance import PARALLEL, in_world
@@ -263,12 +263,12 @@ def touching_areas(engine: Engine, brick: BodyId, surfaces: LeaningFrictions) ->
 
 def _solid(body: BodyId, shape: Shape, pose: Pose) -> Solid | None:
     convex_shape = convex(shape)
-    return None if convex_shape is None else solid(Placed(Brick(body, convex_shape, NO_MASS), pose))
+    return None if convex_shape is None else convex_solid(Placed(Brick(body, convex_shape, NO_MASS), pose))
 
 
 def _contact(own: Solid, body: BodyId, shape: ConvexShape | HalfSpace, pose: Pose, friction: float) -> Contact | None:
     if not isinstance(shape, HalfSpace):
-        return contact_between(own, solid(Placed(Brick(body, shape, NO_MASS), pose)), friction, Tolerances())
+        return contact_between(own, convex_solid(Placed(Brick(body, shape, NO_MASS), pose)), friction, Tolerances())
     surface = in_world(shape, pose)
     return contact_with_plane(own, Plane(body, surface.point_W, surface.normal_W, friction), Tolerances())
 

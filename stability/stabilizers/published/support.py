@@ -6,7 +6,7 @@ from enum import Enum
 from itertools import pairwise, product
 from math import dist, hypot
 
-from stability.contacts.bodies import solid
+from stability.contacts.bodies import convex_solid
 from stability.contacts.detection import contact_between
 from stability.engines.protocol import Engine
 from stability.geometry.box import Box
@@ -279,8 +279,8 @@ def _corners_of_patch(
     upper: ConvexShape, at: Pose, lower: ConvexShape, below: Pose, limits: ContactLimits
 ) -> Sequence[Vec3] | None:
     """Return the corners of the contact of two solids that are not both boxes; None if they touch along an edge."""
-    above = solid(Placed(Brick("upper", upper, 0.0), at))
-    contact = contact_between(above, solid(Placed(Brick("lower", lower, 0.0), below)), 0.0, Tolerances())
+    above = convex_solid(Placed(Brick("upper", upper, 0.0), at))
+    contact = contact_between(above, convex_solid(Placed(Brick("lower", lower, 0.0), below)), 0.0, Tolerances())
     if contact is None:
         return ()
     upward = sum(normal[2] for normal in contact.normals_W) / len(contact.normals_W)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stability.contacts import detection
-from stability.contacts.bodies import solid
+from stability.contacts.bodies import convex_solid as solid
 from stability.contacts.detection import contact_between
 from stability.geometry.box import Box
 from stability.model import Brick, Pose, Vec3
