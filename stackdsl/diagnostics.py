@@ -52,7 +52,7 @@ CODES = {
     "SD208": "another brick has moved into the place of a brick before it is placed",
     "SD209": "a hand cannot act: its path is blocked, or another hand holds the brick",
     "SD210": "a hand presses bricks together that cannot give way",
-    "SD211": "not everything is played with joints, or judged under loads",
+    "SD211": "not everything is played with joints or several parts, or judged under loads",
 }
 
 

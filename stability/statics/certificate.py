@@ -24,7 +24,7 @@ class Tally:
     """Sums of cone forces by contact. Added forces are stored, and summed on demand."""
 
     def __init__(self) -> None:
-        # by lower body, then by upper body and, for the contacts of a joint, their points
+        # by lower body, then by upper body, points and, for dry contacts, normals
         self._noted: dict[BodyId, dict[object, tuple[Contact, list[ConeForces | VerticalLoad]]]] = {}
 
     def _of(self, contact: Contact) -> list[ConeForces | VerticalLoad]:
@@ -55,7 +55,9 @@ class Tally:
 
 
 def _key(contact: Contact) -> object:
-    return contact.upper if contact.law.is_cone else (contact.upper, contact.points_W)
+    if contact.law.is_cone:  # a compound has several contacts with one body
+        return contact.upper, contact.points_W, contact.normals_W
+    return contact.upper, contact.points_W
 
 
 def _summed(contact: Contact, noted: Sequence[ConeForces | VerticalLoad]) -> ConeForces:
@@ -177,7 +179,9 @@ def brick_graph(structure: Structure, ledger: Ledger, bricks: Collection[BodyId]
             shares[name] = _of_unknown(structure, name, leaning.get(name, ()))
             loads |= dict.fromkeys(loads.keys() & shares[name].keys())
             continue
-        loads_on = {force.contact.lower: force.load for force in handed}
+        loads_on: dict[BodyId, VerticalLoad] = {}
+        for force in handed:
+            _load(loads_on, force.contact.lower, force.load)
         shares[name] = {
             on: loads_on[on].weight / load.weight if on in loads_on else 0.0 for on in supports_of(structure, name)
         }

@@ -7,6 +7,7 @@ from typing import Final, Self
 
 from stability.geometry.box import Box
 from stability.geometry.box_distance import reach_between
+from stability.geometry.compound import Compound
 from stability.geometry.placed_shape import bounds_W
 from stability.geometry.spatial_grid import Neighbours
 from stability.geometry.vectors import SHORTEST, add, body_axes, dot
@@ -161,6 +162,22 @@ def requirements_of(scenario: Scenario) -> RunRequirements:
         closely=any(claim.needs_dense_recording for claim in claims),
         measures=tuple(sorted({measure for claim in claims for measure in claim.needed_measures})),
     )
+
+
+# Bricks of several parts, which few systems move.
+
+
+EXACT: Final = "exact"
+
+
+def bricks_of_several_parts(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Report the systems that do not move bricks of several parts."""
+    shapes = (brick.written.shape for brick in built.bricks)
+    flying = (missile.shape for missile in built.missiles.values())
+    if any(isinstance(shape, Compound) for shape in (*shapes, *flying)):
+        for system in (system for system in scenario.systems if system != EXACT):
+            message = f"the system '{system}' does not move bricks of several parts"
+            yield Diagnostic("SD211", source.key_span_of(("systems",)), message, f"write `systems: [{EXACT}]`")
 
 
 # Contradictory claims: on one system, a brick cannot be claimed both to stand and to fall.

@@ -12,6 +12,7 @@ from stability.dynamics.ground_motion import GroundMotion
 from stability.model import BodyId, Brick, Plane, Quaternion
 from stackdsl.compiler.bricks import ActionOrder, CrowdedBrickError, ResolvedBrick, resolved_bricks
 from stackdsl.compiler.checks import (
+    bricks_of_several_parts,
     claims_about_missiles,
     claims_about_removed_bricks,
     contradictions,
@@ -270,6 +271,7 @@ CHECKS: Final[Sequence[Check]] = (
     invalid_friction_pairs,
     invalid_joints,
     invalid_loads,
+    bricks_of_several_parts,
 )
 CHECKS_IN_TIME: Final[Sequence[Check]] = (
     early_removals,

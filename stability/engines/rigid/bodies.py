@@ -30,7 +30,8 @@ from stability.engines.rigid.mechanics import (
     Solids,
     place_axes,
 )
-from stability.geometry.placed_shape import principal_turn
+from stability.geometry.compound import parts_of
+from stability.geometry.placed_shape import part_pose, principal_turn
 from stability.geometry.vectors import body_axes, dot, inverse, multiply
 from stability.model import AT_REST, IDENTITY, BodyId, BodyState, Brick, ConvexShape, Plane, Pose
 
@@ -199,12 +200,20 @@ def _solid(shape: ConvexShape, place: Pose, radius: float) -> _Solid:
 def solids_of(
     bodies: BodyRows, planes: Collection[Plane], friction: Friction, radius: float
 ) -> tuple[tuple[BodyId, ...], Solids]:
-    """Return the bricks in the order of contacts, and their solids, with edges of a radius [m], and the half-spaces."""
-    names, origin = bodies.in_order()
+    """Return the brick of each solid in the order of contacts, the solids, and the half-spaces.
+
+    The solids have edges of a radius [m]. A compound has several solids in a row.
+    """
+    bricks, origin = bodies.in_order()
     kinds = _kinds(bodies.row, friction)
-    groups = [bodies.groups[bodies.row[name]] for name in names]
-    shapes = [(g.bricks[name].shape, g.places_G[name]) for name, g in zip(names, groups, strict=True)]
-    solids = [_solid(shape, place, radius) for shape, place in shapes]  # type: ignore[arg-type]  # shapes are frozen
+    names: list[BodyId] = []
+    solids: list[_Solid] = []
+    for name in bricks:
+        group = bodies.groups[bodies.row[name]]
+        for part in parts_of(group.bricks[name].shape):
+            names.append(name)
+            place = part_pose(part, group.places_G[name])
+            solids.append(_solid(part.shape, place, radius))  # type: ignore[arg-type]  # shapes are frozen
     kind = {name: number for number, members in enumerate(kinds) for name in members}
     rubbing = [[friction.of(one[0], other[-1]) for other in kinds] for one in kinds]
     on_planes = [[friction.on(one[0], plane) for plane in planes] for one in kinds]

@@ -110,8 +110,8 @@ class ContactPoints:
         self._pairs = no_pairs()
         if not self.count:
             return
-        numbers = {name: number for number, name in enumerate(now)}
-        renumbered = np.array([numbers.get(name, -1) for name in before])
+        numbers = {key: number for number, key in enumerate(_counted(now))}
+        renumbered = np.array([numbers.get(key, -1) for key in _counted(before)])
         pairs = self.points.ids[: self.count, : SECOND + 1]
         on_plane = pairs[:, 0] < 0
         first, second = np.where(on_plane, pairs[:, 0], renumbered[pairs[:, 0]]), renumbered[pairs[:, 1]]
@@ -124,6 +124,16 @@ class ContactPoints:
         self.points.ids[:count, FIRST], self.points.ids[:count, SECOND] = first[rows], second[rows]
 
 
+def _counted(names: Sequence[BodyId]) -> list[tuple[BodyId, int]]:
+    """Return the bricks of solids, each with the number of the solid among those of the brick."""
+    counts: dict[BodyId, int] = defaultdict(int)
+    keys = []
+    for name in names:
+        keys.append((name, counts[name]))
+        counts[name] += 1
+    return keys
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class StepRecord:
     """State of a world before a step, and the contact impulses on its bricks during the step."""
@@ -132,7 +142,7 @@ class StepRecord:
     struck: bool
     bodies: Array
     points: Points
-    impulses: Array  # (bricks, 6) [N s], and about the centre of each brick [N m s], W
+    impulses: Array  # (solids, 6) [N s], and about the centre of each brick [N m s], W
 
 
 @dataclass
@@ -149,8 +159,8 @@ class RigidWorld(EngineWorld):
     _frozen: set[BodyId] = field(default_factory=set, init=False)
     _guided: set[BodyId] = field(default_factory=set, init=False)  # in the last step
     _solids: Solids | None = field(default=None, init=False)  # None after a change
-    _names: tuple[BodyId, ...] = field(default=(), init=False)  # of the bricks of the solids
-    _number: dict[BodyId, int] = field(default_factory=dict, init=False)  # of the solid of each brick
+    _names: tuple[BodyId, ...] = field(default=(), init=False)  # of the brick of each solid
+    _numbers: dict[BodyId, list[int]] = field(default_factory=dict, init=False)  # of the solids of each brick
     _order: Ints = field(default_factory=lambda: np.arange(0), init=False)  # of the solids along an axis
     _contacts: ContactPoints = field(default_factory=ContactPoints, init=False)
     _struck: bool = field(default=False, init=False)  # whether a hit has taken place
@@ -226,8 +236,8 @@ class RigidWorld(EngineWorld):
         if self._record is None:
             return {}
         means = self._record.impulses / self.settings.time_step
-        loaded = np.flatnonzero(means.any(axis=1)).tolist()
-        return {self._names[number]: tuple(means[number].tolist()) for number in loaded}
+        loads = {name: means[numbers].sum(axis=0) for name, numbers in self._numbers.items()}
+        return {name: tuple(load.tolist()) for name, load in loads.items() if load.any()}
 
     def undo_step(self) -> None:
         record, self._record = self._record, None
@@ -250,7 +260,7 @@ class RigidWorld(EngineWorld):
         )
 
     def _centres(self) -> Array:
-        """Return the centres of mass of the bricks in W (n, 3) [m]."""
+        """Return the centre of mass of the brick of each solid in W (n, 3) [m]."""
         rows = [self._bodies.row[name] for name in self._names]
         bodies = self._bodies.arrays[rows]
         places_G = [
@@ -310,7 +320,9 @@ class RigidWorld(EngineWorld):
         if self._solids is None:
             before, planes = self._names, self.own.planes.values()
             self._names, self._solids = solids_of(self._bodies, planes, self.friction, self.settings.edge_radius)
-            self._number = {name: number for number, name in enumerate(self._names)}
+            self._numbers = defaultdict(list)
+            for number, name in enumerate(self._names):
+                self._numbers[name].append(number)
             self._contacts.renumber(before, self._names)
             self._order = np.arange(len(self._names))
         return self._solids
@@ -470,8 +482,12 @@ class RigidWorld(EngineWorld):
                 solids.table, placed_corners(self._bodies.arrays, solids.table, solids.corners)
             )
         members, planes = self._members(brick), tuple(self.own.planes)
-        near = near_boxes(self._boxes, solids.planes, self._number[brick], within).tolist()
-        names = (planes[-1 - number] if number < 0 else self._names[number] for number in near)
+        near = {
+            other
+            for number in self._numbers[brick]
+            for other in near_boxes(self._boxes, solids.planes, number, within).tolist()
+        }
+        names = {planes[-1 - number] if number < 0 else self._names[number] for number in near}
         return sorted(name for name in names if name not in members)
 
 

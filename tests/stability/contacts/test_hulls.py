@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from stability.contacts.bodies import as_hull
+from stability.contacts.bodies import Solid, as_hull
 from stability.contacts.bodies import convex_solid as solid
 from stability.contacts.detection import contact_between, contact_with_plane
 from stability.geometry.box import Box
