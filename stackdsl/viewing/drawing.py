@@ -11,6 +11,8 @@ from typing import Final
 
 import numpy as np
 
+from stability.geometry.compound import Compound
+from stability.geometry.placed_shape import part_pose
 from stability.geometry.polygons import convex_hull
 from stability.geometry.rows import Array, cross_rows
 from stability.geometry.vectors import rotate
@@ -85,15 +87,24 @@ class Solid:
     normals: Array  # (faces, 3) in W, unit, outwards
     edges: Array  # (directions, 3) in W, unit
     faces: tuple[tuple[int, ...], ...]  # indices of corners
+    parts: "tuple[Solid, ...]" = ()  # convex ones, of a compound
 
     @classmethod
     def of(cls, shape: ConvexShape, pose: Pose) -> "Solid":
         """Return the solid of a shape at a pose."""
+        parts: tuple[Solid, ...] = ()
+        if isinstance(shape, Compound):
+            parts = tuple(cls.of(part.shape, part_pose(part, pose)) for part in shape.parts)
         corners = np.array([rotate(pose.orientation, corner) for corner in shape.corners]) + pose.position_W
         normals = np.array([rotate(pose.orientation, face.normal) for face in shape.faces])
         edges = np.array([corners[b] - corners[a] for a, b in shape.edges])
         edges /= np.linalg.norm(edges, axis=1, keepdims=True)
-        return cls(corners, normals, _different(edges), tuple(face.corners for face in shape.faces))
+        return cls(corners, normals, _different(edges), tuple(face.corners for face in shape.faces), parts)
+
+    @property
+    def convex_parts(self) -> "tuple[Solid, ...]":
+        """The parts of a compound, or the solid itself."""
+        return self.parts or (self,)
 
 
 def painters_order(solids: Sequence[Solid], view: View) -> list[int]:
@@ -243,7 +254,7 @@ def ground_shapes(
             yield f'<rect width="100%" height="100%" fill="{ground}" stroke="none"/>'
         if normal @ view.towards > GRAZING and normal @ view.light > GRAZING:
             yield f'<path d="{_grid(plane, view, paper, grid)}" stroke="{lines}" fill="none"/>'
-            shadows = " ".join(_shadow(solid, plane, view, paper) for solid in solids)
+            shadows = " ".join(_shadow(part, plane, view, paper) for solid in solids for part in solid.convex_parts)
             yield f'<path d="{shadows}" fill="#000" fill-opacity=".13" stroke="none"/>'
     far = 2.0 * (paper.width + paper.height) / paper.scale
     edges = ""
@@ -314,12 +325,14 @@ def faces_of(
     solids: Mapping[BodyId, Solid], colours: Mapping[BodyId, str], view: View, paper: DrawingArea
 ) -> list[Face]:
     """Return the faces of solids that a viewer sees or that others cover, in painter's order."""
-    names, faces = list(solids), []
-    for turn, place in enumerate(painters_order(list(solids.values()), view)):
-        solid, colour = solids[names[place]], colours[names[place]]
+    parts = [(name, part) for name, solid in solids.items() for part in solid.convex_parts]
+    faces = []
+    for turn, place in enumerate(painters_order([part for _, part in parts], view)):
+        name, solid = parts[place]
+        colour = colours[name]
         on_paper = paper.place(view.on_paper(solid.corners))
         faces += [
-            Face(names[place], turn, on_paper[list(face)], _lit(colour, float(normal @ view.light)))
+            Face(name, turn, on_paper[list(face)], _lit(colour, float(normal @ view.light)))
             for normal, face in zip(solid.normals, solid.faces, strict=True)
             if normal @ view.towards > EDGE_ON
         ]

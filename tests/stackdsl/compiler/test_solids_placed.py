@@ -171,7 +171,7 @@ def test_a_file_that_holds_no_solid_is_told_with_its_line(tmp_path: Path, text: 
             "SD108",
             "exactly one of the keys size, prism",
         ),
-        ("{density: 1 kg/m3}", "SD108", "exactly one of the keys size, prism, points, file is required, not none"),
+        ("{density: 1 kg/m3}", "SD108", "exactly one of the keys size, prism, points, file, parts, section"),
         ("{size: [1 cm, 1 cm, 1 cm]}", "SD108", "exactly one of the keys density, mass"),
         ("{size: [1 cm, 1 cm, 1 cm], centre_of_mass: [6 mm, 0, 0], mass: 1 g}", "SD104", "outside the box"),
         (
