@@ -6,7 +6,7 @@ from math import cos, sin
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.contacts.bodies import Solid, solid
+from stability.contacts.bodies import AnySolid, solid
 from stability.geometry.box import Box
 from stability.geometry.box_distance import reach_between
 from stability.geometry.spatial_grid import Neighbours
@@ -16,18 +16,18 @@ from stability.problem import Placed
 PLANK = (0.1176, 0.0234, 0.0078)
 
 
-def brick(name: str, size: Vec3, position: Vec3, orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)) -> Solid:
+def brick(name: str, size: Vec3, position: Vec3, orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)) -> AnySolid:
     return solid(Placed(Brick(name, Box(size), 1.0), Pose(position, orientation)))
 
 
-def filled(bricks: Sequence[Solid]) -> Neighbours[str]:
+def filled(bricks: Sequence[AnySolid]) -> Neighbours[str]:
     neighbours: Neighbours[str] = Neighbours()
     for each in bricks:
         neighbours.add(each.id, each.low_W, each.high_W)
     return neighbours
 
 
-def near(brick: Solid, neighbours: Neighbours[str]) -> list[str]:
+def near(brick: AnySolid, neighbours: Neighbours[str]) -> list[str]:
     """Return the bodies that a body may touch, whether it is in the index or not."""
     reach = reach_between(brick.shortest)
     if brick.id in neighbours:
@@ -35,7 +35,7 @@ def near(brick: Solid, neighbours: Neighbours[str]) -> list[str]:
     return neighbours.around(brick.low_W, brick.high_W, reach)
 
 
-def near_by_asking_all(brick: Solid, others: Sequence[Solid]) -> list[str]:
+def near_by_asking_all(brick: AnySolid, others: Sequence[AnySolid]) -> list[str]:
     reach = reach_between(brick.shortest)
     return sorted(
         other.id

@@ -77,7 +77,7 @@ def random_assembly(seed: int) -> Assembled:
     for number in range(int(rng.integers(2, 6))):
         made = (
             random_compound(rng) if rng.random() < 0.8 else boxes((tuple(rng.uniform(0.05, 0.2, 3)), (0.0, 0.0, 0.0)))
-        )  # type: ignore[arg-type]
+        )
         turn = about(UPWARDS, float(rng.choice([0.0, rng.uniform(0.0, 3.0)])))
         if rng.random() < 0.5:
             turn = multiply(turn, about((1.0, 0.0, 0.0), np.pi))

@@ -200,7 +200,7 @@ def test_verdicts_do_not_depend_on_place_direction_scale_or_order() -> None:
         expected = Assembly([ground(scene.friction)], scene.friction).add_all(scene.bricks).stability
         turn, factor = about((0.0, 0.0, 1.0), float(rng.uniform(0.0, 6.0))), float(rng.choice([0.1, 10.0]))
         moved = [_moved(placed, turn, (3.0, -2.0, 0.0), factor) for placed in scene.bricks]
-        rng.shuffle(moved)  # type: ignore[arg-type]
+        rng.shuffle(moved)
         assert Assembly([ground(scene.friction)], scene.friction).add_all(moved).stability is expected, seed
 
 
