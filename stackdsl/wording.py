@@ -183,9 +183,9 @@ def energy_fault(gained: float) -> str:
 
 
 def shaking_text(motion: GroundMotion) -> str:
-    """Format a ground motion: `by up to 4.9 m/s2 for 2 s`."""
-    most = max(map(abs, motion.extremes(motion.begins)))
-    return f"by up to {most:.4g} m/s2 for {motion.course.duration:g} s"
+    """Format a ground motion: `by up to 4.9 m/s2 for 2 s`, with the peak of each component."""
+    most = " and ".join(f"{peak:.4g}" for peak in motion.peaks)
+    return f"by up to {most} m/s2 for {motion.duration:g} s"
 
 
 def moving_text(course: HandCourse) -> str:

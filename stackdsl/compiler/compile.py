@@ -8,7 +8,7 @@ from math import cos, inf, sin
 from typing import Final, TypeAlias
 
 from stability.contact_law import Friction, GivenFriction, Rule
-from stability.dynamics.ground_motion import GroundMotion
+from stability.dynamics.ground_motion import Component, GroundMotion
 from stability.model import BodyId, Brick, Plane, Quaternion
 from stackdsl.compiler.bricks import ActionOrder, CrowdedBrickError, ResolvedBrick, resolved_bricks
 from stackdsl.compiler.checks import (
@@ -238,12 +238,14 @@ def _ambiguous_pairs(
 
 
 def shakes(built: ResolvedScenario, scenario: Scenario) -> Iterator[tuple[ActionOrder, ShakeAction]]:
-    """Yield the action of a shaking ground; the motion is horizontal in W, also in a tilted scene."""
+    """Yield the action of a shaking ground; its directions are horizontal or vertical in W, also in a tilted scene."""
     shake, moment = scenario.world.shake, built.shaken
     if shake is not None and moment is not None:
         # Rounded to digits on which all processors agree.
-        direction_W = (round(cos(shake.bearing), 15), round(sin(shake.bearing), 15), 0.0)
-        yield moment, ShakeAction(moment.time, GroundMotion(shake.course, direction_W, moment.time))
+        x, y = round(cos(shake.bearing), 15), round(sin(shake.bearing), 15)
+        directions_W = {"across": (0.0 - y, x, 0.0), "up": (0.0, 0.0, 1.0)}
+        beside = tuple(Component(course, directions_W[name]) for name, course in sorted(shake.beside.items()))
+        yield moment, ShakeAction(moment.time, GroundMotion(shake.course, (x, y, 0.0), moment.time, beside))
 
 
 # The timeline.

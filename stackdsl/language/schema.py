@@ -1,5 +1,6 @@
 """Pydantic models of a scenario, with a description of every key."""
 
+from collections.abc import Mapping
 from copy import copy
 from functools import cache
 from importlib.util import find_spec
@@ -11,6 +12,7 @@ from pydantic import (
     BeforeValidator,
     Field,
     GetJsonSchemaHandler,
+    PrivateAttr,
     WithJsonSchema,
     create_model,
     model_validator,
@@ -30,6 +32,7 @@ from stackdsl.language.layouts.registry import LAYOUTS, Layout, LayoutParams
 from stackdsl.language.loads import Loads, in_order_of_time
 from stackdsl.language.model_base import AnchorText, AuthorModel, Shorthand, Timed, default, with_kinds
 from stackdsl.language.quantities import InputError
+from stackdsl.language.records import Record, RecordFile, joined_courses
 from stackdsl.language.value_types import MAX_BRICKS
 
 # Friction of particular pairs, besides the one coefficient that most scenarios have.
@@ -108,7 +111,7 @@ class Xfail(Mark):
     strict: t.Flag = Field(True, description="whether the check fails if all expectations are met")
 
 
-# Shaking of the ground: a sine, or a table.
+# Shaking of the ground: a sine, a pulse, a table, or a record from a file.
 
 
 Row: TypeAlias = tuple[t.Duration, t.SignedAcceleration]
@@ -118,33 +121,69 @@ Table = Annotated[tuple[Row, ...], Field(min_length=2, max_length=100_000), Afte
 
 
 class Shake(Timed):
-    """The ground moves horizontally to and fro along one line."""
+    """The ground moves to and fro, horizontally along one line unless a record has other components."""
 
     at: t.Duration | None = Field(
         None, description="time at which the shaking begins; default: when the structure is complete"
     )
     after: AnchorText | None = Field(None, description="event after which the shaking begins")
     bearing: t.Angle = default("0 deg", "direction of the first acceleration: 0 deg = +x, 90 deg = +y")
-    acceleration: t.ShakeAcceleration | None = Field(None, description="peak acceleration of a sine")
+    acceleration: t.ShakeAcceleration | None = Field(None, description="peak acceleration of a sine or a pulse")
     amplitude: t.PositiveLength | None = Field(
         None, description="amplitude of a sine, as an alternative to `acceleration`"
     )
     frequency: t.ShakeFrequency | None = Field(None, description="frequency of the sine")
-    for_: t.PositiveDuration | None = Field(None, alias="for", description="duration of the sine")
+    for_: t.PositiveDuration | None = Field(None, alias="for", description="duration of the sine or the pulse")
+    pulse: Literal["half-sine", "rectangle", "triangle"] | None = Field(
+        None, description="shape of a single pulse, in place of a sine with its `frequency`"
+    )
     table: Table | None = Field(
         None,
         description="rows [time, acceleration] along the bearing, linear in between; equal times define a step",
     )
 
-    one_of: ClassVar[tuple[str, ...]] = ("acceleration", "amplitude", "table")
+    file: Annotated[Record, RecordFile("record.at2")] | None = Field(
+        None,
+        description="record of accelerations, AT2 or CSV: one along the bearing, or columns along, across and up",
+    )
+    across: Annotated[Record, RecordFile("record-90.at2")] | None = Field(
+        None, description="record of the horizontal component at the bearing + 90 deg, beside `file`"
+    )
+    up: Annotated[Record, RecordFile("record-up.at2")] | None = Field(
+        None, description="record of the vertical component, positive upwards, beside `file`"
+    )
+    scale: t.ScaleFactor = default(1, "factor of all accelerations of a record")
+    _record: tuple[float, Mapping[str, tuple[tuple[float, float], ...]]] = PrivateAttr((0.0, {}))
+
+    one_of: ClassVar[tuple[str, ...]] = ("acceleration", "amplitude", "table", "file")
     of_a_sine: ClassVar[tuple[str, ...]] = ("frequency", "for_")
+    of_a_record: ClassVar[tuple[str, ...]] = ("across", "up", "scale")
+
+    @model_validator(mode="after")
+    def _read(self) -> Self:
+        """Read the components of a record."""
+        if self.file is None:
+            written = [key for key in self.of_a_record if key in self.model_fields_set]
+            if written:
+                raise InputError("SD108", f"`{written[0]}` applies to a record, but this shake has no `file`", "add it")
+            return self
+        others = {name: record for name, record in (("across", self.across), ("up", self.up)) if record is not None}
+        self._record = joined_courses(self.file, others, self.scale)
+        most = max(abs(acceleration) for rows in self._record[1].values() for _, acceleration in rows)
+        if most > t.MOST_SHAKEN:
+            message = f"the peak acceleration of the record is {most:.4g} m/s2; the maximum is {t.MOST_SHAKEN:g} m/s2"
+            raise InputError("SD104", message, "check the unit of the file, or reduce `scale`")
+        return self
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
+        if self.pulse is not None:
+            return self._complete_pulse(self.pulse)
         written = [key for key in self.of_a_sine if getattr(self, key) is not None]
-        if self.table is not None:
+        if self.table is not None or self.file is not None:
             if written:
-                message = f"`{self._spelling(written[0])}` applies to a sine, but this shake has a table"
+                has = "a table" if self.file is None else "a file"
+                message = f"`{self._spelling(written[0])}` applies to a sine, but this shake has {has}"
                 raise InputError("SD108", message, "remove one of them")
         elif len(written) < len(self.of_a_sine):
             examples = {"frequency": "frequency: 2 Hz", "for_": "for: 2 s"}
@@ -162,6 +201,16 @@ class Shake(Timed):
             raise InputError("SD104", message, "reduce the acceleration, the amplitude or the frequency")
         return self
 
+    def _complete_pulse(self, pulse: str) -> Self:
+        if self.acceleration is None or self.frequency is not None:
+            message = f"the pulse `{pulse}` has an `acceleration`, and no other course or frequency"
+            raise InputError("SD108", message, f"write, for example, `pulse: {pulse}, acceleration: 0.5 g, for: 0.3 s`")
+        if self.for_ is None:
+            raise InputError("SD102", "`for`, the duration of the pulse, is missing", "add, for example, `for: 0.3 s`")
+        if pulse == "half-sine" and 0.5 / self.for_ > t.FASTEST_SHAKEN:
+            raise InputError("SD104", f"a half-sine of {self.for_:g} s is too short", "write at least 5 ms")
+        return self
+
     @property
     def _most(self) -> float:
         """Return the peak acceleration of a sine [m/s2]."""
@@ -170,15 +219,32 @@ class Shake(Timed):
     @property
     def course(self) -> Course:
         """Return the acceleration along the bearing over time."""
-        if self.table is None:
-            return SineCourse(self._most, self.frequency or 0.0, self.for_ or 0.0)
-        start = self.table[0][0]
-        return TabulatedCourse(tuple((time - start, acceleration) for time, acceleration in self.table))
+        if self.file is not None:
+            rows = self._record[1].get("along")
+            # A record may have other components only; then the ground is at rest along the bearing.
+            return TabulatedCourse(rows or ((0.0, 0.0), (1.0, 0.0)))
+        if self.table is not None:
+            start = self.table[0][0]
+            return TabulatedCourse(tuple((time - start, acceleration) for time, acceleration in self.table))
+        most, duration = self._most, self.for_ or 0.0
+        match self.pulse:
+            case "half-sine":
+                return SineCourse(most, 0.5 / duration, duration)
+            case "rectangle":
+                return TabulatedCourse(((0.0, most), (duration, most)))
+            case "triangle":
+                return TabulatedCourse(((0.0, 0.0), (0.5 * duration, most), (duration, 0.0)))
+        return SineCourse(most, self.frequency or 0.0, duration)
+
+    @property
+    def beside(self) -> Mapping[str, Course]:
+        """Return the other components of a record, by their names `across` and `up`."""
+        return {name: TabulatedCourse(rows) for name, rows in self._record[1].items() if name != "along"}
 
     @property
     def delay(self) -> float:
         """Return the time from its beginning until the ground first moves [s]."""
-        return self.table[0][0] if self.table is not None else 0.0
+        return self._record[0] if self.table is None else self.table[0][0]
 
 
 # Models of a scenario.

@@ -187,6 +187,7 @@ ShakeAcceleration = Annotated[float, quantity(replace(ACCELERATION, most=MOST_SH
 SignedAcceleration = Annotated[
     float, quantity(replace(ACCELERATION, least=-MOST_SHAKEN, most=MOST_SHAKEN, positive=False))
 ]
+ScaleFactor = Annotated[float, quantity(replace(LOAD_FACTOR, noun="a factor", example="1.5", most=1e3, positive=True))]
 Friction = Annotated[float, Field(strict=True, ge=0, le=10, allow_inf_nan=False)]  # Coulomb coefficient
 ShareOfLimit = Annotated[float, quantity(replace(SHARE, most=2.0))]  # may go beyond the limit
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import hypot, inf
+from math import inf
 
 from stability.dynamics.ground_motion import GroundMotion
 from stability.engines.protocol import Guided, World
@@ -290,7 +290,7 @@ class ShakingGround:
         """Largest acceleration of a free body relative to the ground [m/s2]."""
         if self.motion is None:
             return self.gravity
-        return hypot(self.gravity, *self.motion.extremes(self.world.time()))
+        return self.motion.most_pull(self.gravity, self.world.time())
 
     def acceleration_W(self) -> Vec3 | None:
         """Return the mean acceleration of the ground in the next step [m/s2]; None while it does not shake."""

@@ -52,7 +52,8 @@ class GroundWork:
     motion: GroundMotion | None = None  # None while the ground does not shake
     net: dict[BodyId, float] = field(default_factory=dict)  # [J]
     gross: dict[BodyId, float] = field(default_factory=dict)  # sum of absolute values [J]
-    _seen: dict[BodyId, tuple[float, float, float]] = field(default_factory=dict)  # time, position and speed along it
+    # The last time, and position and velocity then.
+    _seen: dict[BodyId, tuple[float, Vec3, Vec3]] = field(default_factory=dict)
 
     def start(self) -> None:
         """Count from now on."""
@@ -63,8 +64,7 @@ class GroundWork:
         if self.motion is None:
             return
         for name, state in states.items():
-            along = self.motion.direction_W
-            here = (time, dot(along, state.pose.position_W), dot(along, state.velocity_W))
+            here = (time, state.pose.position_W, state.velocity_W)
             before, self._seen[name] = self._seen.get(name, here), here
             if before[0] < time and before[0] < self.motion.ends:
                 work = -bricks[name].mass * self._integral(before, here)
@@ -75,14 +75,20 @@ class GroundWork:
         """Forget a brick that was removed."""
         self._seen.pop(brick, None)
 
-    def _integral(self, before: tuple[float, float, float], here: tuple[float, float, float]) -> float:
-        """Return the integral of the acceleration of the ground over the path of a brick [m2/s2]."""
+    def _integral(self, before: tuple[float, Vec3, Vec3], here: tuple[float, Vec3, Vec3]) -> float:
+        """Return the integral of the acceleration over the path between two looks [m2/s2]."""
         assert self.motion is not None
-        part, integral, last = (here[0] - before[0]) / PARTS, 0.0, before[1]
+        directions = [direction_W for _, direction_W in self.motion.components]
+        ends = [
+            tuple((time, dot(along, position), dot(along, velocity)) for time, position, velocity in (before, here))
+            for along in directions
+        ]
+        part, integral, last = (here[0] - before[0]) / PARTS, 0.0, [start[1] for start, _ in ends]
         for number in range(1, PARTS + 1):
-            place = _cubic_between(before, here, number / PARTS)
-            integral += self.motion.mean(before[0] + (number - 1) * part, part) * (place - last)
-            last = place
+            places = [_cubic_between(start, end, number / PARTS) for start, end in ends]
+            means = self.motion.means(before[0] + (number - 1) * part, part)
+            integral += sum(mean * (place - old) for mean, place, old in zip(means, places, last, strict=True))
+            last = places
         return integral
 
 

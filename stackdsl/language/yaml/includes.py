@@ -1,4 +1,4 @@
-"""Resolves `extends`, `include` and the mesh files of solids, within the root of the project."""
+"""Resolves `extends`, `include`, mesh files of solids and records, within the root of the project."""
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -65,15 +65,18 @@ def file_in_project(written: str, beside: str, root: str) -> str:
     return path
 
 
-# Mesh files of bricks: relative to the file that names them, and read once for a scenario.
+# Mesh files of bricks, and records of shaking and loads: relative to the file that names them, and read once for a
+# scenario.
 
 
 FILE: Final = "file"
+RECORDS: Final = frozenset({FILE, "across", "up"})  # keys of `shake`
+MAX_RECORD: Final = 4 * MAX_BYTES  # as much as 100,000 values of an AT2 file need
 MAX_FILES: Final = 1000  # of one scenario
 
 
-def with_solid_files(source: Source, read: Callable[[str, int, str], bytes]) -> tuple[Source, tuple[Diagnostic, ...]]:
-    """Return the scenario with the texts of the mesh files of its bricks, by path, and the diagnostics.
+def with_named_files(source: Source, read: Callable[[str, int, str], bytes]) -> tuple[Source, tuple[Diagnostic, ...]]:
+    """Return the scenario with the texts of its mesh files and records, by path, and the diagnostics.
 
     `read` takes a path, a number of bytes and the root of the project, and returns at most one byte more than that. It
     may raise OSError.
@@ -90,8 +93,8 @@ def with_solid_files(source: Source, read: Callable[[str, int, str], bytes]) -> 
             file = file_in_project(written.strip(), beside, root)
             if file not in texts:
                 if len(texts) == MAX_FILES:
-                    raise OutsideError(f"the bricks refer to more than {MAX_FILES} files", "use fewer files")
-                texts[file] = _text(file, read, root)
+                    raise OutsideError(f"the scenario refers to more than {MAX_FILES} files", "use fewer files")
+                texts[file] = _text(file, read, root, MAX_BYTES if _is_of_brick(path) else MAX_RECORD)
         except OutsideError as error:
             mistakes.append(Diagnostic("SD113", source.span_of(path), error.message, error.hint))
             continue
@@ -99,18 +102,18 @@ def with_solid_files(source: Source, read: Callable[[str, int, str], bytes]) -> 
     return replace(source, values=values, files=texts, parts=(*source.parts, *texts)), tuple(mistakes)
 
 
-def _text(file: str, read: Callable[[str, int, str], bytes], root: str) -> str:
+def _text(file: str, read: Callable[[str, int, str], bytes], root: str, most: int) -> str:
     try:
-        data = read(file, MAX_BYTES, root)
+        data = read(file, most, root)
     except OSError as error:
         raise OutsideError(f"cannot read {file}: {error.strerror}", "check the permissions of the file") from error
-    if len(data) > MAX_BYTES:
-        raise OutsideError(f"{file} is larger than {MAX_BYTES >> 20} MiB", "simplify the solid")
+    if len(data) > most:
+        raise OutsideError(f"{file} is larger than {most >> 20} MiB", "use a smaller file")
     return data.decode("utf-8", "replace")
 
 
 def _named(source: Source) -> Iterator[tuple[KeyPath, str]]:
-    """Yield the paths and values of the keys `file` of bricks."""
+    """Yield the paths and values of the keys that name mesh files or records."""
     waiting: list[tuple[KeyPath, Plain]] = [((), source.values)]
     while waiting:
         path, value = waiting.pop()
@@ -118,12 +121,21 @@ def _named(source: Source) -> Iterator[tuple[KeyPath, str]]:
             waiting += [((*path, key), inner) for key, inner in reversed(value.items())]
         elif isinstance(value, list):
             waiting += [((*path, index), inner) for index, inner in reversed([*enumerate(value)])]
-        elif _is_of_brick(path) and isinstance(value, str) and value.strip() and "\0" not in value:
+        elif (
+            (_is_of_brick(path) or _is_of_record(path))
+            and isinstance(value, str)
+            and value.strip()
+            and "\0" not in value
+        ):
             yield path, value
 
 
 def _is_of_brick(path: KeyPath) -> bool:
     return path[-1:] == (FILE,) and ("brick" in path[-2:-1] or "brick_types" in path[-3:-2])
+
+
+def _is_of_record(path: KeyPath) -> bool:
+    return path[:2] == ("world", "shake") and path[2:3] != () and path[2] in RECORDS
 
 
 def _with(values: dict[str, Plain], path: KeyPath, leaf: str) -> dict[str, Plain]:
@@ -202,7 +214,7 @@ def composed(loaded: Loaded, library: Library) -> Loaded:
         except _InvalidImportError as mistake:
             mistakes += mistake.diagnostics
             continue
-        resolved, unread = with_solid_files(resolved, library.bytes_of)
+        resolved, unread = with_named_files(resolved, library.bytes_of)
         mistakes += unread
         sources += [] if unread else [resolved]
     sources = [_spared(source) if source.value_spans[()] in composer.bases else source for source in sources]
