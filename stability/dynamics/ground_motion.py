@@ -187,7 +187,8 @@ class GroundMotion:
 
     def most_pull(self, gravity: float, since: float) -> float:
         """Return an upper bound of the acceleration of a free body relative to the ground, from a time on [m/s2]."""
-        level, upright = [], gravity
+        level: list[float] = []
+        upright = gravity
         for course, direction_W in self.components:
             ends = course.extremes(since - self.begins)
             level += [] if direction_W[2] else ends

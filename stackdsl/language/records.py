@@ -138,11 +138,11 @@ def _at2(lines: Sequence[str], number: int, stated: re.Match[str], file: str) ->
     for index in range(number + 1, len(lines)):
         for word in _WORD.finditer(lines[index]):
             here = f"{file}:{index + 1}:{word.start() + 1}"
+            value = _number(word[0], here)
             if len(values) == count:
-                raise _wrong(
-                    here, f"the file has more than the {count} values that line {number + 1} states", "export it again"
-                )
-            values.append(_number(word[0], here))
+                message = f"the file has more than the {count} values that line {number + 1} states"
+                raise _wrong(here, message, "export it again")
+            values.append(value)
     if len(values) < count:
         message = f"the file is cut: it has {len(values)} of the {count} values that line {number + 1} states"
         raise _wrong(f"{file}:{len(lines)}:1", message, "export it again")

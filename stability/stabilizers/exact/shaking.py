@@ -6,8 +6,8 @@ brick that slides on top changes the load of those below. They are judged again 
 bricks move with the ground, and states are relative to it.
 
 A ground that accelerates by a in the horizontal and by b upwards acts on dry bricks without loads as one that
-accelerates by a g / (g + b) under g: their weights and inertial forces are in the same proportions, and contacts have no
-strength of their own.
+accelerates by a g / (g + b) under g: their weights and inertial forces are in the same proportions, and contacts have
+no strength of their own.
 """
 
 from bisect import insort
