@@ -236,6 +236,15 @@ def _ends_bringing(action: Action, let_go: Mapping[BodyId, float]) -> bool:
     return isinstance(action, ReleaseAction) and all(let_go.get(brick) == action.time for brick in action.bricks)
 
 
+@dataclass(frozen=True, slots=True)
+class AccelerationTest:
+    """A horizontal acceleration that the finished structure must bear."""
+
+    bearing: float  # of the pull on the bricks, from +x towards +y [rad]
+    acceleration: float  # as a multiple of gravity
+    pulse: bool  # whether a pulse of it is simulated if it is not proven to be borne
+
+
 @dataclass(frozen=True)
 class Timeline:
     """All actions of a scenario, in order of time, and the observations that its claims need."""
@@ -251,6 +260,7 @@ class Timeline:
     measures: tuple[str, ...] = ()  # measurements that claims need: `sway`, `penetration`
     followed: float = 1.0  # longest time for which a collapse is simulated [s]
     jitter: Mapping[BodyId, Jitter] = field(default_factory=dict)  # placement errors by brick
+    tests: tuple[AccelerationTest, ...] = ()  # of the finished structure
     aftermath: bool = True  # whether the run goes on after a collapse; otherwise it ends at once
 
     @property

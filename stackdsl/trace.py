@@ -13,7 +13,7 @@ from stability.model import BodyId, Brick, Pose
 from stability.name_order import MOST_NAMES, in_order, names_text
 from stability.problem import Motion, PlacementLimit, Verdict
 from stability.statics.assembly import Assembly
-from stackdsl.timeline import Action, FixedWorld, Removal
+from stackdsl.timeline import AccelerationTest, Action, FixedWorld, Removal
 from stackdsl.wording import broke_text, how_many, level_text, mm
 
 # Margins of a proof.
@@ -38,6 +38,29 @@ class VerdictMargins:
     load_factor: float | None = None  # multiple of its own weight, or of its loads, that it bears; inf for any
     loaded: bool = False  # whether `load_factor` is that of the loads, beside the weight
     yields: str = ""  # what gives way first above that load factor; empty if nothing does
+
+
+@dataclass(frozen=True, slots=True)
+class PulseMotion:
+    """Horizontal displacements of the corners of all bricks by a pulse, relative to the ground."""
+
+    height: float  # of the structure [m]
+    largest: float  # at any time [m]
+    permanent: float  # largest at the end [m]
+    lowest: float  # largest of the corners in the lowest 200 mm [m]
+    fallen: tuple[BodyId, ...]
+    is_moving: bool  # whether bricks still move at the end
+
+
+@dataclass(frozen=True, slots=True)
+class AccelerationResult:
+    """The result of a test of the finished structure."""
+
+    test: AccelerationTest
+    survived: float  # acceleration that is proven to be borne for any time, as a multiple of gravity; inf for any
+    fails: float  # acceleration that is proven not to be borne; inf if none is
+    gives_way: str  # first mechanism, in words; empty if none is proven
+    motion: PulseMotion | None = None  # None if no pulse was simulated
 
 
 # Trace of one run: plain data for judge, snapshot and report.
@@ -354,6 +377,8 @@ class Trace:
     last_arrival: float = 0.0  # actual or expected time at which the last hit reached its target [s]
     statics: Verdict | None = None  # after the last placement or removal; None on a system without proofs
     margins: VerdictMargins = VerdictMargins()
+    # Of the finished structure, if claims need them; None if it is not proven to stand.
+    tests: tuple[AccelerationResult, ...] | None = None
     energy: Energy | None = None  # None before the first action
     onset: Onset | None = None  # None without a proven fall that was simulated, or if no claim needs it
     landing: Landing | None = None  # None if no brick fell, or if no claim needs it

@@ -134,6 +134,7 @@ class Run(Displayed):
         had, due = requirements_of(self.case.scenario), requirements_of(other.scenario)
         lacking = [
             *sorted(set(due.measures) - set(had.measures)),
+            *(["the tests of a protocol"] if set(due.tests) - set(had.tests) else []),
             *(["the onset of a fall"] if due.closely and not had.closely else []),
             *(["motion"] if due.watched and not had.watched else []),
             *([f"{due.hold:g} s after the last action"] if due.hold > had.hold else []),

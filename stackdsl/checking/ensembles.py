@@ -102,7 +102,7 @@ def _played(timeline: Timeline, placed: Sequence[Placed], system: str) -> int:
         replace(action, pose=poses[action.brick.id]) if isinstance(action, Placement) else action
         for action in timeline.actions
     )
-    sample = replace(timeline, actions=actions, jitter={}, aftermath=False, margins=(), reported_margins=())
+    sample = replace(timeline, actions=actions, jitter={}, aftermath=False, margins=(), reported_margins=(), tests=())
     try:
         trace = play_case(sample, system, has_fallen)
     except BlockedPlacementError:  # a brick moved into the place, but not far enough to count as a fall

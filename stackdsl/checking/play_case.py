@@ -45,7 +45,8 @@ def _played(
     recorder: "Recorder | None",
 ) -> Trace:
     trace = with_numerical_collapse(play(timeline, system, on_event, may_stop, recorder), timeline, system)
-    return replace(with_margins(trace, timeline), assembly=None)  # it stays in the process of the run
+    tested = with_tests(with_margins(trace, timeline), timeline, system)
+    return replace(tested, assembly=None)  # it stays in the process of the run
 
 
 def with_margins(trace: Trace, timeline: Timeline) -> Trace:
@@ -63,6 +64,26 @@ def with_margins(trace: Trace, timeline: Timeline) -> Trace:
         with suppress(TooMuchWorkError):  # only a warning depends on it
             known = replace(known, apart=fall_apart(assembly))
     return replace(trace, margins=known)
+
+
+def with_tests(trace: Trace, timeline: Timeline, system: System) -> Trace:
+    """Return a trace with the tests that claims need. A pulse is simulated only if statics leaves its test in doubt."""
+    if not timeline.tests or trace.statics is None:
+        return trace
+    from stackdsl.judging.acceleration_tests import proven_tests, pulse_motion, with_pulse  # noqa: PLC0415 -- likewise
+    from stackdsl.simulation.recording import Recorder  # noqa: PLC0415 -- likewise
+
+    results = proven_tests(trace, timeline.tests)
+    if results is None:
+        return trace
+    moved = []
+    for result in results:
+        if result.test.pulse and result.survived < result.test.acceleration:
+            shaken, begins = with_pulse(timeline, result.test)
+            again, recorder = play(shaken, system, recorder=(watching := Recorder())), watching
+            result = replace(result, motion=pulse_motion(again, recorder.recording(), begins))  # noqa: PLW2901
+        moved.append(result)
+    return replace(trace, tests=tuple(moved))
 
 
 @contextmanager

@@ -28,6 +28,7 @@ from stackdsl.language.room_on_deck import Room, room_text
 from stackdsl.language.schema import Scenario
 from stackdsl.language.value_types import NameReference, named_in
 from stackdsl.language.yaml.source import KeyPath, Source
+from stackdsl.timeline import AccelerationTest
 from stackdsl.wording import MILLIMETRES, mm, rounded_up
 from stackdsl.work import HINT, most_bricks, most_points
 
@@ -142,6 +143,7 @@ class RunRequirements:
     reported_margins: tuple[str, ...]  # also of the proof, but needed by no claim; only for few bricks, where cheap
     closely: bool  # the onset of a fall, or the final positions
     measures: tuple[str, ...]  # measurements that are off by default, such as `sway`
+    tests: tuple[AccelerationTest, ...]  # of the finished structure
 
 
 def requirements_of(scenario: Scenario) -> RunRequirements:
@@ -161,6 +163,7 @@ def requirements_of(scenario: Scenario) -> RunRequirements:
         reported_margins=tuple(sorted({margin for claim in claims for margin in claim.reported_margins})),
         closely=any(claim.needs_dense_recording for claim in claims),
         measures=tuple(sorted({measure for claim in claims for measure in claim.needed_measures})),
+        tests=tuple(dict.fromkeys(test for claim in claims for test in claim.needed_tests)),
     )
 
 

@@ -371,6 +371,7 @@ def _timeline(built: ResolvedScenario, impacts: Iterable[tuple[ActionOrder, Acti
         margins=requirements.margins,
         reported_margins=requirements.reported_margins,
         measures=requirements.measures,
+        tests=requirements.tests,
         closely=requirements.closely,
         followed=requirements.followed,
         jitter=_jitter(built, scenario),

@@ -29,6 +29,8 @@ from stackdsl.language.quantities import (
     quantity_pattern,
     shown,
 )
+from stackdsl.language.records import SHARE as SHARE_COLUMN
+from stackdsl.language.records import SHARES, Record, RecordFile
 
 MAX_LOADS: Final = 1000
 
@@ -179,6 +181,10 @@ class Load(Timed):
         description="rows [time after the beginning, share of the load], linear in between; the last share lasts",
     )
 
+    file: Annotated[Record, RecordFile("load.csv")] | None = Field(
+        None, description="CSV file with the columns `time` and `share`, in place of `table`"
+    )
+
     towards: Towards | None = Field(
         None, description="direction of the force: `down`, `up`, or a horizontal bearing from +x towards +y"
     )
@@ -227,13 +233,34 @@ class Load(Timed):
         """Return times after the beginning [s] with the amounts then, in order; the last amount lasts."""
         if isinstance(self.amount, Growing):
             return ((0.0, self.amount.first), (self.amount.over, self.amount.last))
-        return tuple((time, share * self.amount) for time, share in self.table or ((0.0, 1.0),))
+        shares = self.table or (self.file and self.file.rows(SHARE_COLUMN, SHARES, "a share")) or ((0.0, 1.0),)
+        return tuple((time, share * self.amount) for time, share in shares)
 
     @property
     def is_mass(self) -> bool:
         """True if the amounts are masses [kg]."""
         amounts = (self.amount.first, self.amount.last) if isinstance(self.amount, Growing) else (self.amount,)
         return any(isinstance(amount, Weighed) for amount in amounts)
+
+    @model_validator(mode="after")
+    def _read_shares(self) -> Self:
+        """Reject files that cannot be a table of shares."""
+        if self.file is None:
+            return self
+        if self.table is not None or isinstance(self.amount, Growing):
+            other = "has a `table`" if self.table is not None else "grows"
+            raise InputError("SD108", f"the load has a `file` and {other}", "remove one of them")
+        if set(self.file.columns) != {SHARE_COLUMN}:
+            hint = "write a CSV file with the columns `time [s]` and `share`; the load is the share of its amount"
+            raise InputError("SD114", f"{self.file.file} has no column `share`", hint)
+        shares = self.file.rows(SHARE_COLUMN, SHARES, "a share")
+        if len(shares) > MOST_ROWS:
+            message = f"{self.file.file} has {len(shares)} rows; the maximum for a load is {MOST_ROWS}"
+            raise InputError("SD114", message, "use fewer rows: the structure is judged again at each")
+        if max(abs(share) for _, share in shares) > float(SHARE_OF_LOAD.most):
+            message = f"{self.file.file} has a share beyond {float(SHARE_OF_LOAD.most):g}"
+            raise InputError("SD114", message, "write shares of the load, such as 0.5")
+        return self
 
     @model_validator(mode="after")
     def _grow_once(self) -> Self:

@@ -13,6 +13,7 @@ from pydantic_core import ErrorDetails
 from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean, meant_choice, reading_order
 from stackdsl.entry_points import engine_remedy, offered_systems
 from stackdsl.language.bricks import CATALOGUE, BrickKind, SetBrick, known_bricks, laid
+from stackdsl.language.claims.protocol import TILTING, Protocol
 from stackdsl.language.distributions import sampled
 from stackdsl.language.expressions import meant_expression
 from stackdsl.language.layouts.registry import place
@@ -35,6 +36,7 @@ def conflicts(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
         _expectations_without_proofs,
         _truths_without_proofs,
         _after_a_collapse,
+        _protocols_of_other_ground,
         _impossible_layouts,
         _studs_without_studs,
         sampled,
@@ -102,6 +104,25 @@ def _after_a_collapse(scenario: Scenario, source: Source) -> Iterator[Diagnostic
         message = "impacts cannot follow a step with `until: collapse`"
         hint = "replace `until: collapse` by a number of levels, or remove the impacts"
         yield Diagnostic("SD205", source.key_span_of(("impacts",)), message, hint)
+
+
+def _protocols_of_other_ground(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Yield protocols on ground that shakes or is tilted, and tilts of loaded bricks."""
+    for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
+        for number, claim in enumerate(claims):
+            if not isinstance(claim.content, Protocol):
+                continue
+            span = source.key_span_of((key, number, claim.kind))
+            name = claim.content.name
+            if scenario.world.shake is not None:
+                message = f"the protocol `{name}` accelerates the ground by itself, but the scenario has a `shake`"
+                yield Diagnostic("SD104", span, message, "remove `shake`, or judge each in a scenario of its own")
+            if scenario.world.tilt.angle:
+                message = f"the protocol `{name}` begins on level ground, but the scenario has a `tilt`"
+                yield Diagnostic("SD104", span, message, "remove `tilt`")
+            if scenario.loads and name == TILTING:
+                message = "the tilt that loaded bricks bear is not computed"
+                yield Diagnostic("SD211", span, message, "remove `loads`, or use the protocol `en-12195-1`")
 
 
 def _impossible_layouts(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:

@@ -179,6 +179,7 @@ Speed = Annotated[float, quantity(SPEED)]  # [m/s]
 Impulse = Annotated[float, quantity(IMPULSE)]  # [N s], either sign
 Force = Annotated[float, quantity(FORCE)]  # [N]
 Strength = Annotated[float, quantity(STRENGTH)]  # [Pa]
+STEEPEST_TABLE: Final = 1.4  # [rad] of a tilting table; about 80 deg
 MOST_SHAKEN: Final = 1e3  # [m/s2] a hundred times gravity: more is a typo
 FASTEST_SHAKEN: Final = 100.0  # [Hz] the time steps of the engines do not resolve faster shaking
 ShakeFrequency = Annotated[float, quantity(replace(FREQUENCY, most=FASTEST_SHAKEN, positive=True))]  # [Hz]
@@ -187,6 +188,8 @@ ShakeAcceleration = Annotated[float, quantity(replace(ACCELERATION, most=MOST_SH
 SignedAcceleration = Annotated[
     float, quantity(replace(ACCELERATION, least=-MOST_SHAKEN, most=MOST_SHAKEN, positive=False))
 ]
+PartOfG = Annotated[float, quantity(replace(PARTS_OF_G, example="0.5 g", most=2.0, positive=True))]  # [g]
+TableSlope = Annotated[float, quantity(replace(SLOPE, most=STEEPEST_TABLE, positive=True))]  # [rad]
 ScaleFactor = Annotated[float, quantity(replace(LOAD_FACTOR, noun="a factor", example="1.5", most=1e3, positive=True))]
 Friction = Annotated[float, Field(strict=True, ge=0, le=10, allow_inf_nan=False)]  # Coulomb coefficient
 ShareOfLimit = Annotated[float, quantity(replace(SHARE, most=2.0))]  # may go beyond the limit

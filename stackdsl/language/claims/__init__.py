@@ -11,6 +11,7 @@ from stackdsl.language.claims import leaves as leaves
 from stackdsl.language.claims import margin as margin
 from stackdsl.language.claims import penetration as penetration
 from stackdsl.language.claims import pivots as pivots
+from stackdsl.language.claims import protocol as protocol
 from stackdsl.language.claims import rests_on as rests_on
 from stackdsl.language.claims import stands as stands
 from stackdsl.language.claims import sway as sway

@@ -14,6 +14,7 @@ from stability.model import BodyId
 from stackdsl.language.claims.claim_result import ClaimResult
 from stackdsl.language.model_base import AuthorModel, Kinds
 from stackdsl.language.tolerances import Tolerance
+from stackdsl.timeline import AccelerationTest
 from stackdsl.trace import Trace
 
 
@@ -69,6 +70,11 @@ class ClaimKind(ABC):
     @property
     def needed_margins(self) -> Collection[str]:
         """Return the margins of the proof that the claim needs, such as `tilt`."""
+        return ()
+
+    @property
+    def needed_tests(self) -> Collection[AccelerationTest]:
+        """Return the tests of the finished structure that the claim needs."""
         return ()
 
     @property
@@ -155,6 +161,7 @@ CLAIMS: Final = Kinds[KindOfClaim](
     "energy",
     "verdict",
     "margin",
+    "protocol",
     "sway",
     "penetration",
 )

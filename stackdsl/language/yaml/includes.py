@@ -135,7 +135,8 @@ def _is_of_brick(path: KeyPath) -> bool:
 
 
 def _is_of_record(path: KeyPath) -> bool:
-    return path[:2] == ("world", "shake") and path[2:3] != () and path[2] in RECORDS
+    of_shake = path[:2] == ("world", "shake") and path[2:3] != () and path[2] in RECORDS
+    return of_shake or (path[:1] == ("loads",) and path[2:] == (FILE,))
 
 
 def _with(values: dict[str, Plain], path: KeyPath, leaf: str) -> dict[str, Plain]:
