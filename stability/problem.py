@@ -11,6 +11,7 @@ from typing import Protocol, TypeAlias
 
 from stability.contact_law import ContactLaw, OtherLawError
 from stability.geometry.box_distance import TOUCHING
+from stability.geometry.round_patch import RoundPatch
 from stability.geometry.vectors import subtract
 from stability.model import BodyId, Brick, Pose, Vec3
 from stability.name_order import names_text
@@ -49,6 +50,19 @@ class Wrench:
 
 
 @dataclass(frozen=True, slots=True)
+class RollingWay:
+    """Direction in which the upper body of a contact can roll on the lower one, and a point of each body.
+
+    The points are the centres of curvature; of a body that is not curved in this direction it is the contact itself.
+    The contact moves if one point moves past the other along the direction.
+    """
+
+    direction_W: Vec3  # unit
+    lower_W: Vec3  # [m]
+    upper_W: Vec3
+
+
+@dataclass(frozen=True, slots=True)
 class Contact:
     """Contact of two bodies: forces act at points, within the limits of its law about normals.
 
@@ -65,6 +79,19 @@ class Contact:
     gaps: tuple[float, ...] = ()
     # Tension, cohesion and shear of the brittle joint to which it belongs [Pa].
     brittle: tuple[float, float, float] | None = None
+    # A patch with a round border; the points are then the corners of its inner polygon.
+    patch: RoundPatch | None = None
+    rolling: tuple[RollingWay, ...] = ()
+
+    @property
+    def around_W(self) -> tuple[Vec3, ...]:
+        """Points whose convex hull holds the whole contact [m]: those that no motion may resist at."""
+        return self.points_W if self.patch is None else self.patch.placed(self.patch.outer)
+
+    def refined(self, patch: RoundPatch) -> "Contact":
+        """Return the contact with another inner polygon of the same patch."""
+        gaps = tuple(max(0.0, patch.gap_at(point)) for point in patch.inner) if self.gaps else ()
+        return replace(self, points_W=patch.placed(patch.inner), gaps=gaps, patch=patch)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +114,11 @@ class Problem:
     def has_joints(self) -> bool:
         """Return whether some contact forces are bounded, so that proofs of equilibrium cannot all be added."""
         return not all(contact.law.is_cone for contact in self.contacts)
+
+    @property
+    def is_round(self) -> bool:
+        """Return whether some contacts have round borders, or are on curved surfaces."""
+        return any(contact.patch is not None or contact.rolling for contact in self.contacts)
 
     def part(self, bricks: Collection[BodyId]) -> "Problem":
         """Return the problem of some bricks with the others held fixed."""

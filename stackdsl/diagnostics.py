@@ -53,6 +53,7 @@ CODES = {
     "SD209": "a hand cannot act: its path is blocked, or another hand holds the brick",
     "SD210": "a hand presses bricks together that cannot give way",
     "SD211": "not everything is played with joints or several parts, or judged under loads",
+    "SD212": "not everything is played or computed for round bricks",
 }
 
 

@@ -12,12 +12,16 @@ from stability.geometry.box_distance import coordinates, half_extent
 from stability.geometry.compound import Compound
 from stability.geometry.placed_shape import middle_pose, part_pose
 from stability.geometry.polygons import within_rectangle
+from stability.geometry.round_solid import RoundSolid
 from stability.geometry.vectors import add, add_scaled, body_axes, cross, dot, scale
 from stability.model import BodyId, Brick, Pose, Vec3
 from stability.problem import Placed
 
 if TYPE_CHECKING:
+    from typing_extensions import TypeIs
+
     from stability.contacts.hull_contacts import HullSolid  # boxes do without numpy
+    from stability.contacts.round_contacts import RoundBody
 
 # Sine of the angle to the vertical up to which a body axis counts as vertical: rounding.
 UPRIGHT = 1e-12
@@ -167,7 +171,7 @@ class BoxSolid(ConvexSolid):
         return corners[::-1] if lowest.is_right_handed else corners
 
 
-Solid: TypeAlias = Union[BoxSolid, "HullSolid"]  # a convex one
+Solid: TypeAlias = Union[BoxSolid, "HullSolid", "RoundBody"]  # a convex one
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,7 +206,7 @@ def solid(placed: Placed) -> AnySolid:
     (ax, ay, az), (bx, by, bz) = map(min, lows), map(max, highs)
     thin = shape.least_thickness
     # All parts have the tolerance of the whole body.
-    own = tuple(replace(part, shortest=thin) for part in parts)
+    own = tuple(part if is_round(part) else replace(part, shortest=thin) for part in parts)
     return CompoundSolid(name, pose, (ax, ay, az), (bx, by, bz), thin, shape.length, own)
 
 
@@ -213,6 +217,10 @@ def convex_solid(placed: Placed) -> Solid:
         raise UnknownShapeError("a method for convex bodies", brick.shape)
     if isinstance(brick.shape, Box):
         return box_solid(brick.id, brick.shape.size, pose)
+    if isinstance(brick.shape, RoundSolid):
+        from stability.contacts.round_contacts import round_body  # noqa: PLC0415 -- boxes do without numpy
+
+        return round_body(brick.id, brick.shape, pose)
     boxed = box_of(brick.shape)
     if boxed is None:
         from stability.contacts.hull_contacts import hull_solid  # noqa: PLC0415 -- boxes do without numpy
@@ -235,8 +243,15 @@ def box_solid(name: BodyId, size: Vec3, pose: Pose) -> BoxSolid:
     return BoxSolid(name, pose, low, high, min(size), max(size), size, axes, half, plan, rz)
 
 
+def is_round(body: Solid) -> "TypeIs[RoundBody]":
+    """Return whether a body is a round solid."""
+    return not isinstance(body, BoxSolid) and hasattr(body, "placed")
+
+
 def as_hull(body: Solid) -> "HullSolid":
-    """Return a body as one of any convex shape."""
+    """Return a body with flat faces as one of any convex shape. Raises TypeError for a round body."""
+    if is_round(body):
+        raise TypeError(f"{body.id} is round, and has no flat faces only")
     if not isinstance(body, BoxSolid):
         return body
     from stability.contacts.hull_contacts import hull_solid  # noqa: PLC0415 -- boxes do without numpy

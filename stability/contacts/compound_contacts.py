@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from scipy.optimize import nnls
 
-from stability.contacts.bodies import AnySolid, BoxSolid, CompoundSolid, Solid
+from stability.contacts.bodies import AnySolid, BoxSolid, CompoundSolid, Solid, as_hull
 from stability.geometry.rows import Array
 from stability.geometry.vectors import scale
 from stability.model import BodyId, Vec3
@@ -43,7 +43,8 @@ def _planes(part: Solid) -> _Planes:
         axes, half = np.array(part.axes), np.array(part.half)
         normals, reaches = np.concatenate([axes, -axes]), np.concatenate([half, half])
     else:
-        normals, reaches = part.hull.normals, part.hull.mesh.reaches
+        hull = as_hull(part).hull
+        normals, reaches = hull.normals, hull.mesh.reaches
     return _Planes(normals, reaches + normals @ centre, np.array(part.corners_W))
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import combinations, product
+from typing import TYPE_CHECKING, Union
 
 from stability.contact_law import Coulomb
 from stability.contacts.bodies import (
@@ -12,6 +13,7 @@ from stability.contacts.bodies import (
     as_hull,
     convex_parts,
     convex_solid,
+    is_round,
     solid,
 )
 from stability.contacts.box_contacts import closeness, level_patch, points_below, side_patch
@@ -22,6 +24,12 @@ from stability.geometry.compound import Compound
 from stability.geometry.placed_shape import part_pose
 from stability.model import Brick, Plane, Vec3
 from stability.problem import Contact, Placed, Tolerances
+
+if TYPE_CHECKING:
+    from stability.contacts.hull_contacts import HullSolid
+    from stability.contacts.round_contacts import RoundBody
+
+Flat = Union[BoxSolid, "HullSolid"]  # with flat faces only
 
 __all__ = ["AnySolid", "Solid", "contact_between", "contacts_between", "contacts_with_plane", "seams", "solid"]
 
@@ -75,6 +83,10 @@ def contact_between(a: Solid, b: Solid, friction: float, tolerances: Tolerances)
         return None
     if a.id > b.id:
         a, b = b, a
+    if is_round(a) or is_round(b):
+        from stability.contacts.round_contacts import round_contact  # noqa: PLC0415 -- boxes do without numpy
+
+        return round_contact(_meeting(a), _meeting(b), friction, reach, within)
     if isinstance(a, BoxSolid) and isinstance(b, BoxSolid):
         lower, upper = (a, b) if a.pose.position_W[2] <= b.pose.position_W[2] else (b, a)
         patch = level_patch(lower, upper, reach, within)
@@ -95,21 +107,33 @@ def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances, friction:
     """
     reach = reach_between(a.shortest, share=tolerances.gap)
     widest = gap_bridged(reach, plane.normal_W[2], tolerances.within)
+    mu = plane.friction if friction is None else friction
+    if is_round(a):
+        from stability.contacts.round_contacts import round_on_plane  # noqa: PLC0415 -- boxes do without numpy
+
+        return round_on_plane(a, plane, mu, reach, widest)
     below = points_below(a, plane, reach, widest) if isinstance(a, BoxSolid) else None
     points, heights = below or points_on_plane(a, plane, reach, widest)
     if not points:
         return None
-    mu = plane.friction if friction is None else friction
     return Contact(plane.id, a.id, points, (plane.normal_W,), Coulomb(mu), gaps_of(heights, reach))
 
 
 def flush_within(a: Solid, b: Solid, reach: float, overlap: float) -> bool:
     """Check that two touching bodies would transfer no force if they overlapped by `overlap` [m] less."""
+    if is_round(a) or is_round(b):
+        from stability.contacts.round_contacts import flush  # noqa: PLC0415 -- boxes do without numpy
+
+        return flush(_meeting(a), _meeting(b), overlap)
     close = _closeness(a, b, reach)
     return close is not None and run_flush(close.faces(), overlap)
 
 
-def _closeness(a: Solid, b: Solid, reach: float) -> Closeness | None:
+def _meeting(body: Solid) -> "RoundBody | HullSolid":
+    return body if is_round(body) else as_hull(body)
+
+
+def _closeness(a: Flat, b: Flat, reach: float) -> Closeness | None:
     """Compute the gaps of two bodies; None if their gap or overlap exceeds `reach` [m]."""
     if isinstance(a, BoxSolid) and isinstance(b, BoxSolid):
         return closeness(a, b, reach)

@@ -15,7 +15,7 @@ from stability.engines.protocol import (
     World,
     WrongFriction,
 )
-from stability.geometry.convex_solid import scaled
+from stability.geometry.placed_shape import scaled
 from stability.geometry.vectors import scale
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
 

@@ -1,12 +1,10 @@
-"""Convex solids with flat faces, and scaled copies of shapes."""
+"""Convex solids with flat faces."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import final
 
-from stability.geometry.box import Box, OffCentreBox, UnknownShapeError
-from stability.geometry.compound import Compound, Part
 from stability.geometry.vectors import dot, scale
-from stability.model import ConvexShape, Face, Pose, Quaternion, Vec3
+from stability.model import ConvexShape, Face, Quaternion, Vec3
 
 
 @final
@@ -55,43 +53,6 @@ class NotASolidError(ValueError):
 
 
 AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
-
-def scaled(shape: ConvexShape, factor: float) -> ConvexShape:
-    """Return a shape with all lengths multiplied by a factor. Raises UnknownShapeError for a foreign shape class."""
-    match shape:
-        case Box(size):
-            return Box(scale(factor, size))
-        case OffCentreBox(size, centre):
-            return OffCentreBox(scale(factor, size), scale(factor, centre))
-        case ConvexSolid():
-            return ConvexSolid(
-                tuple(scale(factor, corner) for corner in shape.corners),
-                shape.faces,
-                scale(factor * factor, shape.unit_moments),
-                shape.principal_axes,
-                shape.edges,
-                factor**3 * shape.volume,
-                factor * shape.least_thickness,
-                factor * shape.length,
-                factor * shape.bounding_radius,
-            )
-        case Compound():
-            return replace(
-                shape,
-                parts=tuple(
-                    Part(scaled(part.shape, factor), Pose(scale(factor, part.place.position_W), part.place.orientation))
-                    for part in shape.parts
-                ),
-                unit_moments=scale(factor * factor, shape.unit_moments),
-                corners=tuple(scale(factor, corner) for corner in shape.corners),
-                volume=factor**3 * shape.volume,
-                least_thickness=factor * shape.least_thickness,
-                length=factor * shape.length,
-                bounding_radius=factor * shape.bounding_radius,
-            )
-        case _:
-            raise UnknownShapeError("a scaled world", shape)
 
 
 def half_lengths(shape: ConvexShape) -> Vec3:

@@ -1,18 +1,23 @@
-"""A shape at a pose: corners, bounds, distances and inertia in W."""
+"""A shape at a pose: corners, bounds, distances and inertia in W; and scaled copies of shapes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
 from stability.geometry import box_distance
-from stability.geometry.box import MIDDLE, Box, box_of
+from stability.geometry.box import MIDDLE, Box, OffCentreBox, UnknownShapeError, box_of
 from stability.geometry.box_distance import Axes, Block, Separation, block, blocks_apart
 from stability.geometry.compound import Compound, Part
+from stability.geometry.convex_solid import AXES, ConvexSolid
+from stability.geometry.round_solid import RoundSolid, scaled_round
 from stability.geometry.vectors import add, body_axes, dot, inverse, multiply, rotate, scale, subtract
 from stability.model import IDENTITY, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
 
 if TYPE_CHECKING:
+    from typing_extensions import TypeIs
+
     from stability.geometry.polyhedra import Hull
+    from stability.geometry.round_distance import PlacedRound
 
 
 # Corners, bounding box, highest point and principal axes of a shape at a pose, for all shapes, by the methods of
@@ -34,6 +39,10 @@ def top_W(shape: ConvexShape, pose: Pose) -> float:
 
 def bounds_W(shape: ConvexShape, pose: Pose) -> tuple[Vec3, Vec3]:
     """Return the lowest and the highest corner of the bounding box of a shape [m, W]."""
+    if isinstance(shape, RoundSolid):
+        highs, lows = ([reach_W(shape, pose, scale(sign, axis)) for axis in AXES] for sign in (1.0, -1.0))
+        (px, py, pz), (a, b, c), (d, e, f) = pose.position_W, lows, highs
+        return (px - a, py - b, pz - c), (px + d, py + e, pz + f)
     x, y, z = zip(*corners_W(shape, pose), strict=True)
     return (min(x), min(y), min(z)), (max(x), max(y), max(z))
 
@@ -60,7 +69,7 @@ def principal_turn(shape: ConvexShape, orientation: Quaternion) -> Quaternion:
 # Distances between two bodies, or a body and a plane. Two boxes use faster code than other shapes.
 
 
-Convex: TypeAlias = "Block | Hull"  # convex shape at a pose, with values for fast comparisons
+Convex: TypeAlias = "Block | Hull | PlacedRound"  # convex shape at a pose, with values for fast comparisons
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,6 +117,10 @@ def in_place(shape: ConvexShape, pose: Pose) -> InPlace:
 def _convex_in_place(shape: ConvexShape, pose: Pose) -> Convex:
     if isinstance(shape, Box):
         return block(shape.size, pose)
+    if isinstance(shape, RoundSolid):
+        from stability.geometry.round_distance import placed_round  # noqa: PLC0415 -- boxes do without numpy
+
+        return placed_round(shape, pose.position_W, body_axes(pose.orientation))
     boxed = box_of(shape)
     if boxed is not None:
         box, middle = boxed
@@ -146,8 +159,10 @@ def bodies_apart(a: InPlace, b: InPlace) -> Separation:
         return min((bodies_apart(one, other) for one, other in pairs), key=lambda apart: apart.gap)
     if isinstance(a, Block) and isinstance(b, Block):
         return blocks_apart(a, b)
-    from stability.geometry import polyhedra  # noqa: PLC0415 -- boxes do without numpy
+    from stability.geometry import polyhedra, round_distance  # noqa: PLC0415 -- boxes do without numpy
 
+    if is_round(a) or is_round(b):
+        return Separation(*round_distance.separation(_as_convex(a), _as_convex(b)))
     return Separation(*polyhedra.separation(_as_hull(a), _as_hull(b)))
 
 
@@ -163,8 +178,10 @@ def meeting(moving: InPlace, fixed: InPlace, direction_W: Vec3, graze: float) ->
         return (min(way[0] for way in ways), max(way[1] for way in ways)) if ways else None
     if isinstance(moving, Block) and isinstance(fixed, Block):
         return box_distance.meeting(moving, fixed, direction_W, graze)
-    from stability.geometry import polyhedra  # noqa: PLC0415 -- boxes do without numpy
+    from stability.geometry import polyhedra, round_distance  # noqa: PLC0415 -- boxes do without numpy
 
+    if is_round(moving) or is_round(fixed):
+        return round_distance.passage(_as_convex(moving), _as_convex(fixed), direction_W, graze)
     return polyhedra.passage(_as_hull(moving), _as_hull(fixed), direction_W, graze)
 
 
@@ -175,6 +192,9 @@ def above_plane(body: InPlace, plane: Plane) -> Separation:
     if isinstance(body, Block):
         return box_distance.block_above_plane(body, plane)
     height = dot(subtract(body.p_WC, plane.point_W), plane.normal_W)
+    if is_round(body):
+        lowest = body.solid.reach(_along(body, scale(-1.0, plane.normal_W)))
+        return Separation(height - lowest, plane.normal_W)
     x, y, z = plane.normal_W
     lowest = min((a * x + b * y + c * z for a, b, c in body.corners.tolist()), default=0.0)
     return Separation(height + lowest, plane.normal_W)
@@ -188,12 +208,31 @@ def distance_outside(body: InPlace, point_W: Vec3) -> float:
         offset = subtract(point_W, body.p_WC)
         sides = zip(body.axes_W, body.half, strict=True)
         return max(abs(dot(offset, axis)) - half for axis, half in sides)
+    if is_round(body):
+        from stability.geometry import round_distance  # noqa: PLC0415 -- boxes do without numpy
+
+        return round_distance.distance_outside(body, point_W)
     offset = subtract(point_W, body.p_WC)
     sides = zip(body.normals.tolist(), body.mesh.reaches.tolist(), strict=True)
     return max(dot(offset, normal) - reach for normal, reach in sides)
 
 
-def _as_hull(body: Convex) -> "Hull":
+def is_round(body: InPlace) -> "TypeIs[PlacedRound]":
+    """Return whether a body is a round solid."""
+    return hasattr(body, "solid")
+
+
+def _along(body: "PlacedRound", direction_W: Vec3) -> Vec3:
+    """Return a direction along the axes of a body."""
+    x, y, z = (dot(direction_W, axis) for axis in body.axes_W)
+    return (x, y, z)
+
+
+def _as_convex(body: Convex) -> "Hull | PlacedRound":
+    return body if is_round(body) else _as_hull(body)
+
+
+def _as_hull(body: "Block | Hull") -> "Hull":
     from stability.geometry.polyhedra import hull  # noqa: PLC0415 -- boxes do without numpy
 
     return hull(Box(scale(2.0, body.half)), body.p_WC, body.axes_W) if isinstance(body, Block) else body
@@ -206,6 +245,9 @@ def apart(a: ConvexShape, pose_a: Pose, b: ConvexShape, pose_b: Pose) -> Separat
 
 def apart_from_plane(shape: ConvexShape, pose: Pose, plane: Plane) -> Separation:
     """Return the exact separation of a shape from a half-space."""
+    if isinstance(shape, RoundSolid):
+        height = dot(subtract(pose.position_W, plane.point_W), plane.normal_W)
+        return Separation(height - reach_W(shape, pose, scale(-1.0, plane.normal_W)), plane.normal_W)
     corners = corners_W(shape, pose)
     return Separation(min(dot(subtract(c, plane.point_W), plane.normal_W) for c in corners), plane.normal_W)
 
@@ -228,3 +270,42 @@ def diagonal_times(diagonal: Vec3, orientation: Quaternion, vector_W: Vec3) -> V
     """Return the product in W of a vector and a tensor that is diagonal in axes which `orientation` rotates to W."""
     a, b, c = rotate(inverse(orientation), vector_W)
     return rotate(orientation, (diagonal[0] * a, diagonal[1] * b, diagonal[2] * c))
+
+
+def scaled(shape: ConvexShape, factor: float) -> ConvexShape:
+    """Return a shape with all lengths multiplied by a factor. Raises UnknownShapeError for a foreign shape class."""
+    match shape:
+        case RoundSolid():
+            return scaled_round(shape, factor)
+        case Box(size):
+            return Box(scale(factor, size))
+        case OffCentreBox(size, centre):
+            return OffCentreBox(scale(factor, size), scale(factor, centre))
+        case ConvexSolid():
+            return ConvexSolid(
+                tuple(scale(factor, corner) for corner in shape.corners),
+                shape.faces,
+                scale(factor * factor, shape.unit_moments),
+                shape.principal_axes,
+                shape.edges,
+                factor**3 * shape.volume,
+                factor * shape.least_thickness,
+                factor * shape.length,
+                factor * shape.bounding_radius,
+            )
+        case Compound():
+            return replace(
+                shape,
+                parts=tuple(
+                    Part(scaled(part.shape, factor), Pose(scale(factor, part.place.position_W), part.place.orientation))
+                    for part in shape.parts
+                ),
+                unit_moments=scale(factor * factor, shape.unit_moments),
+                corners=tuple(scale(factor, corner) for corner in shape.corners),
+                volume=factor**3 * shape.volume,
+                least_thickness=factor * shape.least_thickness,
+                length=factor * shape.length,
+                bounding_radius=factor * shape.bounding_radius,
+            )
+        case _:
+            raise UnknownShapeError("a scaled world", shape)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from stability.graph import from_the_top
 from stability.model import BodyId
+from stability.name_order import names_text
 from stability.problem import Contact, Motion, Problem, Stability, Stage, Verdict
 from stability.statics.fall_description import described
 from stability.statics.ledger import ProofGroup
@@ -95,6 +96,7 @@ SPREAD = 4  # factor on levels, or bricks, each time a group grows
 SEARCHED = 300  # bricks: up to this size of a tipping body the smallest part that tips by itself is searched
 TOLD = 20  # moving bricks that are tested for an overlap, for the reason of a verdict
 SMALL = 60  # bricks: up to this size a program is cheap
+MOST_REFINEMENTS = 2  # of contacts with round borders; one is enough if nothing else changes
 MUCH_LESS = 0.5  # share of a group, or of all connected bricks: only a smaller group is judged first
 
 
@@ -120,8 +122,42 @@ def judge(
     """Prove that a brick stands or that something falls, or return the reason why neither is proven.
 
     With `names_smallest` the verdict names the smallest falling set that is found; falls of one of the `doubted`
-    bricks, which have no proof, are searched first.
+    bricks, which have no proof, are searched first. Round borders get more corners as long as this may decide.
     """
+    answer = _judged(structure, brick, partners, names_smallest, doubted)
+    for _ in range(MOST_REFINEMENTS):
+        if not _is_in_doubt(answer) or not _refined(structure, brick):
+            break
+        answer = _judged(structure, brick, partners, names_smallest, doubted)
+    return answer
+
+
+def _is_in_doubt(answer: StageAnswer) -> bool:
+    return answer.verdict is not None and answer.verdict.stability is Stability.UNDECIDED
+
+
+def _refined(structure: Structure, brick: BodyId) -> bool:
+    """Add corners to the round borders around a brick; return whether there are new ones."""
+    group = sorted(structure.component(brick))
+    contacts = structure.contacts_of(group)
+    if all(contact.patch is None for contact in contacts):
+        return False
+    from stability.statics.round_borders import refined  # noqa: PLC0415 -- it brings numpy
+
+    found = refined(structure.problem(group, contacts), structure.tolerances)
+    structure.refine(found)
+    return bool(found)
+
+
+def _judged(
+    structure: Structure, brick: BodyId, partners: "Partners", names_smallest: bool, doubted: Collection[BodyId]
+) -> StageAnswer:
+    if structure.may_roll(brick):
+        answer = _cones(structure, sorted(partners.of(structure.component(brick))), last=True)
+        if isinstance(answer, _Falling):
+            return _falls(structure, answer, names_smallest)
+        assert answer is not None  # of the last group
+        return _held_from_rolling(structure, answer)
     if structure.is_joined() or structure.is_pushed(brick):
         answer = _cones(structure, sorted(partners.of(structure.component(brick))), last=True)
         return _falls(structure, answer, names_smallest) if isinstance(answer, _Falling) else answer or StageAnswer()
@@ -272,6 +308,22 @@ def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> StageAn
     if careful.group is not None:
         return StageAnswer(careful.group)
     return _in_doubt(structure, careful) if last else None
+
+
+def _held_from_rolling(structure: Structure, answer: StageAnswer) -> StageAnswer:
+    """Return the result for a group with curved contacts: undecided if it is balanced but may roll."""
+    from stability.statics.rolling import rolls_freely  # noqa: PLC0415 -- it brings numpy
+
+    if answer.group is None:
+        return answer
+    members = answer.group.members
+    contacts = structure.contacts_of(members)
+    if not rolls_freely(structure.problem(members, contacts), structure.tolerances):
+        return answer
+    on_curves = {body for contact in contacts if contact.rolling for body in (contact.lower, contact.upper)}
+    rolling = tuple(sorted(on_curves & set(members)))
+    reason = f"{names_text(rolling)} may roll: the forces balance, but nothing holds every round contact in its place"
+    return StageAnswer(verdict=Verdict(Stability.UNDECIDED, Stage.CONES, reason, rolling))
 
 
 @dataclass(frozen=True, slots=True)

@@ -105,19 +105,29 @@ def force_sums(structure: Structure, ledger: Ledger, bricks: Set[BodyId]) -> Tal
     loads = {name: structure.weights[name] for name in ledger.by_core() & bricks}
     for group in ledger.groups():
         for contact, forces in group.forces:
-            tally.add(contact, forces)
+            now = structure.current(contact)
+            tally.add(now, forces if now is contact else _at_new_corners(contact, forces, now))
         for force in group.vertical:
-            tally.press(force.contact, force.load)
+            tally.press(structure.current(force.contact), force.load)
             lower = force.contact.lower
             if lower in structure.bricks and lower not in group.members:
                 _load(loads, lower, force.load)
     for brick in reversed(structure.by_turn(bricks)):
         if brick in loads:
             for contact, load in routed(loads[brick], structure.cores[brick]):
-                tally.press(contact, load)
+                tally.press(structure.current(contact), load)
                 if contact.lower in structure.bricks:
                     _load(loads, contact.lower, load)
     return tally
+
+
+def _at_new_corners(contact: Contact, forces: ConeForces, now: Contact) -> ConeForces:
+    """Return the forces at the corners of a contact with more corners than before, which keeps the old ones."""
+    known = dict(zip(contact.points_W, forces, strict=True))
+    none = (ZERO,) * len(contact.normals_W)
+    if not known.keys() <= set(now.points_W):
+        raise ValueError(f"the contact of {now.upper} on {now.lower} lost a corner")
+    return tuple(known.get(point, none) for point in now.points_W)
 
 
 def _load(loads: dict[BodyId, VerticalLoad], brick: BodyId, load: VerticalLoad) -> None:

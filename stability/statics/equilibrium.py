@@ -334,6 +334,17 @@ def falling_motion(
     return proven_motion(problem, system, point.x, tolerances)
 
 
+def leading_motion(problem: Problem, solver: Solver = clarabel_solve) -> Motion | None:
+    """Return the motion of largest power at bounded speed, without a proof; None for bricks with joints."""
+    if problem.has_joints:
+        return None
+    system = wrench_matrix(problem)
+    point = solve(_bounded(system), QUICK, solver)
+    if isinstance(point, str) or not np.isfinite(point.x).all():
+        return None
+    return system.motion(point.x)
+
+
 def _held(system: WrenchMatrix) -> ConicProgram:
     """Return the program of the largest power with violations of the slip cones of at most 1."""
     return system.rows.program(-system.loads, -system.matrix, _normal_rows(system))

@@ -131,6 +131,8 @@ def _way_of(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> _Way:
     if (about or along) and sinks and not _turns(problem, motion, group) and _is_only_beside(problem, group):
         return _Way("slide", f" down along {_named(problem, about | along)}: nothing is under {{it}}")
     if about and _turns(problem, motion, group):
+        if not along and _only_rolls(problem, group, about):
+            return _Way("roll", f" on {_named(problem, about)}")
         also = f" and {'slide' if len(group) > 1 else 'slides'} on {_named(problem, along)}" if along else ""
         return _Way("tip", f" over {_named(problem, about)}{also}")
     if along or about:
@@ -146,6 +148,11 @@ def _way_of(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> _Way:
     if sinks and gives_way:
         return _Way("fall", f" with {_named(problem, gives_way)}")
     return _Way("lift", f" off {_named(problem, [*under])}")
+
+
+def _only_rolls(problem: Problem, group: Sequence[BodyId], about: Collection[BodyId]) -> bool:
+    """Return whether all contacts of a group with its pivots are on curved surfaces."""
+    return all(contact.rolling for contact, other in _border(problem, group) if other in about)
 
 
 def _is_only_beside(problem: Problem, group: Sequence[BodyId]) -> bool:

@@ -11,7 +11,7 @@ gain, were it to carry the load of all moving bricks, is subtracted before the p
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from itertools import islice
 from math import hypot, inf, isfinite, nan
 from typing import Self
@@ -19,6 +19,7 @@ from typing import Self
 import numpy as np
 
 from stability.contact_law import ContactLaw
+from stability.geometry.round_patch import Disc, RoundPatch
 from stability.geometry.rows import Array, Indices, cross_rows
 from stability.geometry.vectors import dot
 from stability.model import BodyId, Vec3
@@ -143,10 +144,16 @@ def check_forces(
 def check_motion(
     problem: Problem, motion: Motion, tolerances: Tolerances, known: ProofCones | None = None
 ) -> MotionCheck:
-    """Check whether the loads gain power by `motion` without resistance; `known` are the problem's cones."""
+    """Check whether the loads gain power by `motion` without resistance; `known` are the problem's cones.
+
+    The power that a contact takes is a convex function of the place, so it is greatest at a corner of a polygon around
+    the contact.
+    """
     names = sorted(problem.bricks)
-    cones = known or proof_cones(problem)
     velocity = _velocity(names, motion)
+    if problem.is_round and velocity is not None:
+        problem = closely_surrounded(problem, motion)
+    cones = known if known and not problem.is_round else proof_cones(problem, around=True)
     if cones is None or velocity is None:
         return MOTION_FAILS
     (opening, sliding), speed = _slips(cones, velocity)
@@ -170,11 +177,77 @@ def least_separating_speed(problem: Problem, motion: Motion) -> float:
     infinity.
     """
     names = sorted(problem.bricks)
-    cones, velocity = proof_cones(problem), _velocity(names, motion)
+    velocity = _velocity(names, motion)
+    if problem.is_round and velocity is not None:
+        problem = closely_surrounded(problem, motion)
+    cones = proof_cones(problem, around=True)
     if cones is None or velocity is None or not all(law.is_cone for _, law in cones.laws.of_kinds):
         return -inf
     slips, speed = _slips(cones, velocity)
     return float(-_ratio(cones.laws.shortfall(*slips), speed).max(initial=-inf))
+
+
+MOST_SPLITS = 16  # of a span of an arc
+MOST_SPANS = 16_384  # of all arcs of a contact
+FAILS = 1e-9  # share of the speed: a motion that a point of the contact itself resists by more is no proof
+SHUT = 1e-13  # share of the speed: a smaller violation is rounding
+
+
+def closely_surrounded(problem: Problem, motion: Motion) -> Problem:
+    """Return the problem with polygons around its round contacts that are as close as a motion needs.
+
+    Only where a corner outside the contact would resist the motion, a span of an arc is split.
+    """
+    contacts = [
+        contact if contact.patch is None else replace(contact, points_W=_cover(contact, contact.patch, problem, motion))
+        for contact in problem.contacts
+    ]
+    return replace(problem, contacts=[replace(contact, patch=None, gaps=()) for contact in contacts])
+
+
+def _cover(contact: Contact, patch: RoundPatch, problem: Problem, motion: Motion) -> tuple[Vec3, ...]:
+    """Return corners of a polygon around a patch with as few as possible that resist a motion."""
+    corners = list(patch.placed(patch.flat))
+    for disc, spans in zip(patch.discs, patch.spans, strict=True):
+        waiting = np.array(spans).reshape(-1, 2)
+        for split in range(MOST_SPLITS):
+            middle, half = waiting.mean(axis=1), 0.5 * (waiting[:, 1] - waiting[:, 0])
+            over = _on_circle(patch, disc, middle, disc.radius / np.cos(half))
+            values, speed = contact_shortfall(contact, over, problem, motion)
+            resists = values > SHUT * speed
+            on_arc = _on_circle(patch, disc, middle[resists], np.full(int(resists.sum()), disc.radius))
+            truly = contact_shortfall(contact, on_arc, problem, motion)[0].max(initial=0.0) > FAILS * speed
+            if truly or split == MOST_SPLITS - 1 or 2 * resists.sum() > MOST_SPANS:
+                resists[:] = False
+            done = waiting[~resists]
+            ends = _on_circle(patch, disc, done.ravel(), np.full(2 * len(done), disc.radius))
+            corners += map(tuple, [*ends.tolist(), *over[~resists].tolist()])
+            rest, at = waiting[resists], middle[resists]
+            waiting = np.concatenate([np.column_stack([rest[:, 0], at]), np.column_stack([at, rest[:, 1]])])
+            if not len(waiting):
+                break
+    return tuple(corners)
+
+
+def _on_circle(patch: RoundPatch, disc: Disc, angles: Array, radii: Array) -> Array:
+    """Return points at angles of a disc and at distances from its centre (n, 3) [m]."""
+    x, y = disc.x + radii * np.cos(angles), disc.y + radii * np.sin(angles)
+    points: Array = np.array(patch.origin_W) + np.outer(x, patch.axes_W[0]) + np.outer(y, patch.axes_W[1])
+    return points
+
+
+def contact_shortfall(contact: Contact, points: Array, problem: Problem, motion: Motion) -> tuple[Array, float]:
+    """Return by how much the slip at points of a contact opens it too slowly (n,), and the largest speed [m/s]."""
+    slip, speed = np.zeros_like(points), 0.0
+    for body, sign in ((contact.upper, 1.0), (contact.lower, -1.0)):
+        if body in motion.velocity:
+            velocity, spin = (np.array(part) for part in motion.velocity[body])
+            arms = points - np.array(problem.bricks[body].pose.position_W)
+            slip += sign * (velocity + cross_rows(np.tile(spin, (len(points), 1)), arms))
+            speed += float(np.linalg.norm(velocity) + np.linalg.norm(spin) * _size(arms).max(initial=0.0))
+    normal = np.array(contact.normals_W[0])
+    opening = slip @ normal
+    return np.asarray(contact.law.shortfall(opening, _size(slip - np.outer(opening, normal)))), speed
 
 
 def power_of_joints(problem: Problem, motion: Motion) -> tuple[float, ...]:
@@ -195,11 +268,14 @@ def power(loads: Mapping[BodyId, Wrench], motion: Motion) -> float:
     return sum(dot(loads[name].force_W, v) + dot(loads[name].torque_W, w) for name, v, w in loaded)
 
 
-def proof_cones(problem: Problem) -> ProofCones | None:
-    """Return the places of forces; None if a number of the problem is NaN, or a normal is not of unit length."""
+def proof_cones(problem: Problem, around: bool = False) -> ProofCones | None:
+    """Return the places of forces; None if a number of the problem is NaN, or a normal is not of unit length.
+
+    The forces of patches with round borders are at the corners of their inner polygons, or of those `around` them.
+    """
     names = sorted(problem.bricks)
     index = {name: i for i, name in enumerate(names)}
-    points_W, normals_W, count = contact_rows(problem.contacts)
+    points_W, normals_W, count = contact_rows(problem.contacts, around)
     laws = PointLaws.of([contact.law for contact in problem.contacts], count)
     finite = np.isfinite(points_W).all() and np.isfinite(normals_W).all()
     if not (finite and laws.are_sound() and (np.abs(_size(normals_W) - 1.0) <= UNIT).all()):
@@ -212,11 +288,12 @@ def proof_cones(problem: Problem) -> ProofCones | None:
     return ProofCones(names, (lower, upper), arms, normals_W, laws)
 
 
-def contact_rows(contacts: Sequence[Contact]) -> tuple[Array, Array, Indices]:
+def contact_rows(contacts: Sequence[Contact], around: bool = False) -> tuple[Array, Array, Indices]:
     """Return the points and the normals (n, 3) by contact, point and normal, and the number of rows of each contact."""
-    points = np.array([len(contact.points_W) for contact in contacts], dtype=np.int64)
+    places = [contact.around_W if around else contact.points_W for contact in contacts]
+    points = np.array([len(place) for place in places], dtype=np.int64)
     normals = np.array([len(contact.normals_W) for contact in contacts], dtype=np.int64)
-    points_W = np.array([point for contact in contacts for point in contact.points_W], dtype=float).reshape(-1, 3)
+    points_W = np.array([point for place in places for point in place], dtype=float).reshape(-1, 3)
     normals_W = np.array([normal for contact in contacts for normal in contact.normals_W], dtype=float).reshape(-1, 3)
     count = points * normals
     which = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)

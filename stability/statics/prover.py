@@ -133,6 +133,8 @@ class Prover:
         """Try to prove all bricks around a brick with a large program at once; return False if that fails."""
         if name not in self._unproven or name in self._in_doubt or self.structure.is_joined():
             return True
+        if self.structure.may_roll(name):
+            return True
         if len(self._partners.of({name} | self.structure.below([name]))) < LARGE:
             return True
         group = prove_together(self.structure, self._unproven.keys() & self.structure.component(name), self._partners)

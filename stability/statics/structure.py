@@ -75,6 +75,7 @@ class Structure:
     _solids: JournaledDict[BodyId, AnySolid] = field(init=False)
     _thinnest: float = inf  # of all bodies ever present [m]
     _thickest: float = 0.0
+    _curved: bool = False  # whether there ever was a contact on a curved surface
     _neighbours: JournaledNeighbours = field(init=False)
     _turns: Iterator[int] = field(default_factory=count)
 
@@ -166,6 +167,7 @@ class Structure:
 
     def _join(self, contact: Contact) -> None:
         lower, upper = contact.lower, contact.upper
+        self._curved = self._curved or bool(contact.rolling)
         if self.joints.rules:
             bodies = {placed.brick.id: placed for placed in self.tables if placed.brick.id in (lower, upper)}
             bodies |= {name: self.bricks[name] for name in (lower, upper) if name in self.bricks}
@@ -208,11 +210,41 @@ class Structure:
         """Return whether most bricks are joined: then all connected ones are best judged together."""
         return 2 * len(self.joined) > len(self.bricks)
 
+    def may_roll(self, brick: BodyId) -> bool:
+        """Return whether a contact of a brick, or of one connected with it, is on a curved surface."""
+        return self._curved and any(
+            contact.rolling for name in self.component(brick) for contact in chain(*self.touching[name].values())
+        )
+
+    def refine(self, refined: Iterable[tuple[Contact, Contact]]) -> None:
+        """Replace contacts by the same ones with more corners on round borders."""
+        for old, new in refined:
+            for body, other in ((old.lower, old.upper), (old.upper, old.lower)):
+                if body in self.bricks:
+                    known = self.touching[body]
+                    now = tuple(new if contact is old else contact for contact in known[other])
+                    self.touching[body] = {**known, other: now}
+            if old.upper in self.bricks:
+                self.supports[old.upper] = [new if c is old else c for c in self.supports[old.upper]]
+
+    def current(self, contact: Contact) -> Contact:
+        """Return a contact with a round border as it is refined now."""
+        if contact.patch is None:
+            return contact
+        body, other = (contact.upper, contact.lower)
+        if body not in self.bricks:
+            body, other = other, body
+        known = self.touching.get(body, {}).get(other, ())
+        return next((each for each in known if each.patch and each.patch.is_same_as(contact.patch)), contact)
+
     def find_core(self, brick: BodyId) -> None:
         """Compute the core of a brick again from the known cores below."""
         add_work(CORE)
         self._turn[brick] = next(self._turns)
-        below = [c for c in self.supports[brick] if c.lower not in self.bricks or c.lower in self.cores]
+        # A load on a contact that may roll is carried only if something else keeps it from rolling.
+        below = [
+            c for c in self.supports[brick] if not c.rolling and (c.lower not in self.bricks or c.lower in self.cores)
+        ]
         self.cores[brick] = core_of(below, self.cores)
 
     def neighbours(self, brick: BodyId) -> list[Placed]:

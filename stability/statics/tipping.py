@@ -37,7 +37,7 @@ def tipping(bricks: Mapping[BodyId, Placed], border: Sequence[Contact]) -> Fall 
         return _falling(bricks)
     below = [c for c in border if c.upper in bricks and carries_upright(c)]
     centre = centre_of_mass(bricks.values())
-    for one, other in _edges_hung_over(centre, [point for contact in below for point in contact.points_W]):
+    for one, other in _edges_hung_over(centre, [point for contact in below for point in contact.around_W]):
         axis = subtract(other, one)
         lever = subtract(centre, one)
         # Downwards at the centre: (axis x lever)_z must be negative.
@@ -97,7 +97,7 @@ def _hangs_over(centre: Vec3, edge: tuple[Vec3, Vec3]) -> float:
 def _opens(contact: Contact, on_axis: Vec3, angular_velocity: Vec3, moving: Collection[BodyId]) -> bool:
     """Return whether a rotation of the moving side about an axis opens a contact, or leaves it, against friction."""
     sign = 1.0 if contact.upper in moving else -1.0
-    for point in contact.points_W:
+    for point in contact.around_W:
         velocity = scale(sign, cross(angular_velocity, subtract(point, on_axis)))
         speed_squared = dot(velocity, velocity)
         for normal in contact.normals_W:

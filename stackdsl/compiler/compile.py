@@ -40,6 +40,7 @@ from stackdsl.compiler.hands import (
 from stackdsl.compiler.impacts import ImpactActions, early_removals, impact_actions
 from stackdsl.compiler.joints import invalid_joints, joints_in_time
 from stackdsl.compiler.loads import invalid_loads, loads_in_time
+from stackdsl.compiler.round_bricks import unsupported_round_bricks
 from stackdsl.compiler.schedule import (
     ResolvedScenario,
     missiles_of,
@@ -274,6 +275,7 @@ CHECKS: Final[Sequence[Check]] = (
     invalid_joints,
     invalid_loads,
     bricks_of_several_parts,
+    unsupported_round_bricks,
 )
 CHECKS_IN_TIME: Final[Sequence[Check]] = (
     early_removals,

@@ -6,7 +6,15 @@ from itertools import product
 from math import hypot, inf
 
 from stability.geometry.box_distance import LIMIT_ITSELF, Block, Separation, gap_bridged, reach_between
-from stability.geometry.placed_shape import InPlace, PlacedParts, above_plane, bodies_apart, convex_parts, in_place
+from stability.geometry.placed_shape import (
+    InPlace,
+    PlacedParts,
+    above_plane,
+    bodies_apart,
+    convex_parts,
+    in_place,
+    is_round,
+)
 from stability.geometry.spatial_grid import Neighbours
 from stability.model import ConvexShape, Plane, Pose, Vec3
 
@@ -219,5 +227,5 @@ def _cost(one: InPlace, other: InPlace) -> float:
         return sum(_cost(part, against) for part, against in product(convex_parts(one), convex_parts(other)))
     if isinstance(one, Block) and isinstance(other, Block):
         return 1.0
-    edges = [BOX_EDGES if isinstance(each, Block) else len(each.directions) for each in (one, other)]
+    edges = [BOX_EDGES if isinstance(each, Block) or is_round(each) else len(each.directions) for each in (one, other)]
     return HULLS + EDGES * edges[0] * edges[1]

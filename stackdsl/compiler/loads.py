@@ -6,6 +6,7 @@ from math import cos, sin
 from typing import Final
 
 from stability.geometry.placed_shape import distance_outside, in_place
+from stability.geometry.round_solid import RoundSolid
 from stability.geometry.vectors import add, add_scaled, cross, dot, inverse, norm, rotate, scale, subtract
 from stability.loads import Load as AppliedLoad
 from stability.loads import LoadCourse, Loads
@@ -129,9 +130,11 @@ def direction_of(direction: Direction) -> Vec3:
 def face_of(brick: ResolvedBrick, named: Direction) -> Face | str:
     """Return the face of a brick that looks into a direction, or why none does."""
     towards_B = rotate(inverse(brick.written.pose.orientation), direction_of(named))
-    cosines = sorted(
-        ((dot(face.normal, towards_B), face) for face in brick.written.shape.faces), key=lambda each: -each[0]
-    )
+    shape = brick.written.shape
+    faces = shape.flat_faces if isinstance(shape, RoundSolid) else shape.faces
+    cosines = sorted(((dot(face.normal, towards_B), face) for face in faces), key=lambda each: -each[0])
+    if len(cosines) < 2:  # noqa: PLR2004 -- a solid has one face at least on each side
+        return "no face looks that way" if not cosines or cosines[0][0] < FACING else cosines[0][1]
     (best, face), (second, _) = cosines[:2]
     if best < FACING:
         return "no face looks that way"
@@ -140,6 +143,8 @@ def face_of(brick: ResolvedBrick, named: Direction) -> Face | str:
 
 def _middle_and_area(shape: ConvexShape, face: Face) -> tuple[Vec3, float]:
     """Return the centroid of a face [m], in axes of the brick, and its area [m2]."""
+    if isinstance(shape, RoundSolid):
+        return shape.end(face)
     first, *others = (shape.corners[corner] for corner in face.corners)
     total, middle = 0.0, (0.0, 0.0, 0.0)
     for one, other in pairwise(others):

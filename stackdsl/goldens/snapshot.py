@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 from stability.contact_law import Friction, GivenFriction, Rule, as_friction
 from stability.geometry.box import Box
-from stability.geometry.placed_shape import top_W
+from stability.geometry.placed_shape import bounds_W, top_W
 from stability.model import BodyId, ConvexShape, Pose, Vec3
 from stability.problem import Stage
 from stackdsl.results import GoldenDifference
@@ -499,8 +499,7 @@ def _around(shape: ConvexShape) -> tuple[Vec3, Vec3]:
     """Return the sides of the bounding box of a shape along its axes, and the centre of mass from its middle."""
     if isinstance(shape, Box):
         return shape.size, (0.0, 0.0, 0.0)
-    lows, highs = zip(*((min(along), max(along)) for along in zip(*shape.corners, strict=True)), strict=True)
-    (ax, ay, az), (bx, by, bz) = lows, highs
+    (ax, ay, az), (bx, by, bz) = bounds_W(shape, Pose((0.0, 0.0, 0.0)))
     return (bx - ax, by - ay, bz - az), (-0.5 * (ax + bx), -0.5 * (ay + by), -0.5 * (az + bz))
 
 

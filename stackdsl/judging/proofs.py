@@ -241,7 +241,7 @@ def margins_of_assembly(
     Bricks under loads have no margins of tilt and placement, and their load factor is that of the loads.
     `on_stage` is called with the name of each computation.
     """
-    if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
+    if not _has_margins(assembly):
         return VerdictMargins()
     problem, margins = assembly.problem(), VerdictMargins()
     if "load_factor" in requested or ((problem.has_joints or problem.applied) and requested):
@@ -272,12 +272,18 @@ def margins_of_assembly(
     return margins
 
 
+def _has_margins(assembly: Assembly) -> bool:
+    """Return whether margins are computed: inner polygons of round contacts would give lower bounds only."""
+    stands = bool(assembly.bricks) and assembly.verdict().stability is Stability.STABLE
+    return stands and not assembly.problem().is_round
+
+
 def weakest_of(assembly: Assembly) -> Weakest | None:
     """Return the mechanism that opens first under an acceleration.
 
     None if the assembly is not proven to stand, is held on all sides, or has joints.
     """
-    if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE or assembly.problem().has_joints:
+    if not _has_margins(assembly) or assembly.problem().has_joints:
         return None
     return weakest(assembly.problem(), assembly.gravity)
 
@@ -331,7 +337,7 @@ def fall_apart(assembly: Assembly) -> Apart | None:
     ):
         return None  # vertical forces hold it without such friction, or the program takes long
     problem = assembly.problem()
-    return None if problem.has_joints else fall_without_neighbours(problem)
+    return None if problem.has_joints or problem.is_round else fall_without_neighbours(problem)
 
 
 # The acceleration that a structure survives, by bearing, proven without an engine.

@@ -22,6 +22,7 @@ from pydantic import (
 from stability.geometry.box import MIDDLE, Box, OffCentreBox
 from stability.geometry.compound import MOST_PARTS
 from stability.geometry.convex_solid import NotASolidError
+from stability.geometry.round_solid import RoundSolid, cylinder, frustum, pipe, sphere
 from stability.geometry.vectors import SHORTEST, rotate, scale, subtract
 from stability.model import GROUND, ConvexShape, Pose, Vec3
 from stability.statics.assembly import LIGHTEST
@@ -201,6 +202,20 @@ def prism_form(outline: Outline, depth: float, centre_of_mass: Vec3 | None = Non
     except NotASolidError as error:
         raise InputError("SD104", error.message, error.hint) from error
     return _form(made.shape, made.centre_of_mass)
+
+
+def round_form(make: "Callable[..., RoundSolid]", *lengths: float, centre_of_mass: Vec3 | None = None) -> Form:
+    """Return the form of a round solid; the centre of mass is relative to the middle of its height [m].
+
+    Raises InputError.
+    """
+    try:
+        solid = make(*lengths, centre_of_mass)
+    except NotASolidError as error:
+        raise InputError("SD104", error.message, error.hint) from error
+    across = 2.0 * solid.widest
+    back = subtract(MIDDLE, solid.centre_of_mass)
+    return Form(solid, (across, across, solid.height + 2.0 * solid.rounding), back, back)
 
 
 @lru_cache(maxsize=KEPT)
@@ -414,11 +429,74 @@ class TableBrick(AuthorModel):
         return self
 
 
+class Cylinder(AuthorModel):
+    """A cylinder that stands upright; `rotate` lays it down."""
+
+    diameter: t.Side = Field(description="diameter")
+    height: t.Side = Field(description="height")
+
+    def form(self, centre_of_mass: Vec3 | None) -> Form:
+        """Return its form. Raises InputError."""
+        return round_form(cylinder, 0.5 * self.diameter, self.height, centre_of_mass=centre_of_mass)
+
+
+class Cone(AuthorModel):
+    """A cone or the frustum of a cone that stands upright, such as a bucket."""
+
+    bottom: t.NonNegativeLength = Field(description="diameter of the lower end; 0 mm for a point")
+    top: t.NonNegativeLength = default("0 mm", "diameter of the upper end; 0 mm for a point")
+    height: t.Side = Field(description="height")
+
+    def form(self, centre_of_mass: Vec3 | None) -> Form:
+        """Return its form. Raises InputError."""
+        return round_form(frustum, 0.5 * self.bottom, 0.5 * self.top, self.height, centre_of_mass=centre_of_mass)
+
+    @model_validator(mode="after")
+    def _is_a_solid(self) -> Self:
+        self.form(None)
+        return self
+
+
+class Pipe(AuthorModel):
+    """A pipe that stands upright; nothing fits inside it."""
+
+    diameter: t.Side = Field(description="outer diameter")
+    wall: t.Side = Field(description="thickness of its wall")
+    height: t.Side = Field(description="height, or length if it lies")
+
+    def form(self, centre_of_mass: Vec3 | None) -> Form:
+        """Return its form. Raises InputError."""
+        return round_form(pipe, 0.5 * self.diameter, self.wall, self.height, centre_of_mass=centre_of_mass)
+
+    @model_validator(mode="after")
+    def _is_a_solid(self) -> Self:
+        self.form(None)
+        return self
+
+
+class Sphere(AuthorModel):
+    """A ball."""
+
+    diameter: t.Side = Field(description="diameter")
+
+    def form(self, centre_of_mass: Vec3 | None) -> Form:
+        """Return its form. Raises InputError."""
+        return round_form(sphere, 0.5 * self.diameter, centre_of_mass=centre_of_mass)
+
+
+_Round: TypeAlias = Cylinder | Cone | Pipe | Sphere
+ROUND_KEYS: Final = ("cylinder", "cone", "pipe", "sphere")
+
+
 class BrickKind(Shorthand, ExactlyOneKey):
     """A brick from the catalogue, or a box, a convex solid or a body of several parts, with its size and mass."""
 
     size: tuple[t.Side, t.Side, t.Side] | None = Field(None, description="length, width and thickness of a box")
     prism: Prism | None = Field(None, description="a prism, such as a wedge or an arch stone")
+    cylinder: Cylinder | None = Field(None, description="a cylinder, such as a can, a barrel or a log")
+    cone: Cone | None = Field(None, description="a cone, or the frustum of a cone, such as a bucket")
+    pipe: Pipe | None = Field(None, description="a pipe")
+    sphere: Sphere | None = Field(None, description="a ball")
     points: Points | None = Field(None, description="corners [x, y, z] of a convex solid, in any order")
     file: t.Text | None = Field(
         None, description="OBJ file of a convex solid; the path is relative to the folder of this file"
@@ -432,7 +510,8 @@ class BrickKind(Shorthand, ExactlyOneKey):
     unit: Literal["mm", "cm", "m"] | None = Field(None, description="unit of length in the OBJ file")
     centre_of_mass: tuple[t.Length, t.Length, t.Length] | None = Field(
         None,
-        description="centre of mass [x, y, z], from the centre of a box or in the frame of corners; default: centroid",
+        description="centre of mass [x, y, z], from the centre of a box, from half the height of a round brick, or in "
+        "the frame of corners; default: centroid",
     )
     density: t.Density | None = Field(None, description="density, as an alternative to `mass`")
     mass: t.Mass | None = Field(None, description="mass of an uncut brick, as an alternative to `density`")
@@ -448,7 +527,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
 
     one_of: ClassVar[tuple[str, ...]] = ("density", "mass")
     also_one_of: ClassVar[tuple[str, ...]] = (
-        *("size", "prism", "points", "file"),
+        *("size", "prism", *ROUND_KEYS, "points", "file"),
         *("parts", "section", "hollow_block", "table"),
     )
     examples: ClassVar[Mapping[str, str]] = {"density": "500 kg/m3", "size": "[120 mm, 24 mm, 8 mm]"}
@@ -600,6 +679,9 @@ def _form_of(written: Mapping[str, Any], centre: Vec3 | None, info: ValidationIn
         return box_form(written["size"], centre)
     if written.get("prism") is not None:
         return prism_form(written["prism"].outline, written["prism"].depth, centre)
+    curved: _Round | None = next((written[key] for key in ROUND_KEYS if written.get(key) is not None), None)
+    if curved is not None:
+        return curved.form(centre)
     if written.get("points") is not None:
         return hull_form(written["points"], centre)
     if written.get("parts") is not None:

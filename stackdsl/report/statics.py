@@ -360,6 +360,9 @@ def _margins(proofs: Proofs, extent: Extent, margins: VerdictMargins | None) -> 
     if extent.margins is None and count > MOST_FOR_PROGRAMS:
         yield f"    margins of more than {MOST_FOR_PROGRAMS} bricks take long to compute; add --margins"
         return
+    if proofs.assembly.problem().is_round:
+        yield "    margins are not computed for round bricks"
+        return
     margins = margins or margins_of_assembly(proofs.assembly, TOLD, extent.on_stage)
     yield "    it survives " + "; ".join(margin_texts(margins))
     if margins.squeezed:

@@ -10,7 +10,7 @@ import numpy as np
 
 from stability.contact_law import Friction, Surface
 from stability.dynamics.rigid_group import RigidGroup, member_state
-from stability.engines.protocol import FIRM, Guided
+from stability.engines.protocol import FIRM, Guided, UnplayedShapeError
 from stability.engines.rigid.mechanics import (
     ALIKE_FAR,
     AXES,
@@ -32,6 +32,7 @@ from stability.engines.rigid.mechanics import (
 )
 from stability.geometry.compound import parts_of
 from stability.geometry.placed_shape import part_pose, principal_turn
+from stability.geometry.round_solid import RoundSolid
 from stability.geometry.vectors import body_axes, dot, inverse, multiply
 from stability.model import AT_REST, IDENTITY, BodyId, BodyState, Brick, ConvexShape, Plane, Pose
 
@@ -211,6 +212,8 @@ def solids_of(
     for name in bricks:
         group = bodies.groups[bodies.row[name]]
         for part in parts_of(group.bricks[name].shape):
+            if isinstance(part.shape, RoundSolid):
+                raise UnplayedShapeError(name, "rigid")
             names.append(name)
             place = part_pose(part, group.places_G[name])
             solids.append(_solid(part.shape, place, radius))  # type: ignore[arg-type]  # shapes are frozen

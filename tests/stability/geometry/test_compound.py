@@ -7,8 +7,8 @@ import pytest
 
 from stability.geometry.box import Box, OffCentreBox
 from stability.geometry.compound_making import compound
-from stability.geometry.convex_solid import NotASolidError, scaled
-from stability.geometry.placed_shape import apart, bounds_W, distance_outside, in_place, meeting
+from stability.geometry.convex_solid import NotASolidError
+from stability.geometry.placed_shape import apart, bounds_W, distance_outside, in_place, meeting, scaled
 from stability.geometry.solid_making import prism
 from stability.geometry.vectors import about, body_axes, rotate
 from stability.model import IDENTITY, Pose

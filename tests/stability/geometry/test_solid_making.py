@@ -7,8 +7,8 @@ from math import cos, pi, sin
 import pytest
 
 from stability.geometry.box import Box, OffCentreBox
-from stability.geometry.convex_solid import ConvexSolid, NotASolidError, scaled
-from stability.geometry.placed_shape import in_place, inertia_times
+from stability.geometry.convex_solid import ConvexSolid, NotASolidError
+from stability.geometry.placed_shape import in_place, inertia_times, scaled
 from stability.geometry.solid_making import MOST_FACES, inset_corners, prism, solid_of_corners, solid_of_mesh
 from stability.geometry.vectors import rotate, subtract
 from stability.model import IDENTITY, Brick, Pose, Vec3

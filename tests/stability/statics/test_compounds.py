@@ -9,7 +9,7 @@ import pytest
 from stability.geometry.box import Box
 from stability.geometry.compound import Compound
 from stability.geometry.compound_making import compound
-from stability.geometry.convex_solid import scaled
+from stability.geometry.placed_shape import scaled
 from stability.geometry.solid_making import prism
 from stability.geometry.vectors import about, add, multiply, rotate, scale
 from stability.model import Brick, Plane, Pose, Quaternion, Vec3

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stability.geometry.box import Box, OffCentreBox
-from stability.geometry.convex_solid import scaled
+from stability.geometry.placed_shape import scaled
 from stability.geometry.solid_making import FramedSolid, prism
 from stability.geometry.vectors import about, add, multiply, rotate, scale
 from stability.model import GROUND, IDENTITY, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
