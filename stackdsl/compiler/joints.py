@@ -60,6 +60,7 @@ class _TimedRule:
     between: tuple[frozenset[BodyId], frozenset[BodyId]]
     begins: float = -inf  # [s]
     after_placing: float | None = None  # [s] after both bodies are placed; None if it holds at once
+    sets: KeyPath | None = None  # the place of the time that it needs to set; None if it holds at once
 
     def times(self, placed: Mapping[BodyId, float]) -> Iterator[float]:
         """Yield the times at which it begins to hold for some bodies [s]."""
@@ -112,6 +113,14 @@ def joints_in_time(
     return first, changes
 
 
+def setting_at(time: float, built: ResolvedScenario, scenario: Scenario) -> Iterator[KeyPath]:
+    """Yield the places of the times of all mortar and glue that sets at a time [s]."""
+    placed = {brick.name: brick.placed.time for brick in built.bricks}
+    for rule in _timed_rules(built, scenario):
+        if rule.sets is not None and time in rule.times(placed):
+            yield rule.sets
+
+
 def _timed_rules(built: ResolvedScenario, scenario: Scenario) -> list[_TimedRule]:
     """Return the rules of a scenario, the first of which about two bodies counts as soon as it holds."""
     named = _named(built, scenario)
@@ -122,20 +131,28 @@ def _timed_rules(built: ResolvedScenario, scenario: Scenario) -> list[_TimedRule
         there = {plane.id for plane in built.planes} | {b.name for b in built.bricks if b.placed.time <= begins}
         one, other = (each & there for each in _between(item, named))
         joint, setting = (_joint(item, smooth), _setting(item.bond)) if isinstance(item, Glue) else (None, None)
-        return _TimedRule(joint, (one, other), begins + (setting or 0.0))
+        path = ("impacts", number, scenario.impacts[number].kind, "bond", "from")
+        return _TimedRule(joint, (one, other), begins + (setting or 0.0), sets=path if setting is not None else None)
 
     rules = [acted(*each) for each in _of_impacts(scenario)]
     rules.sort(key=lambda rule: rule.begins)
     rules.reverse()
-    for item in scenario.joints:
-        rules.append(_TimedRule(_joint(item, smooth), _between(item, named), after_placing=_setting(item.bond)))
+    for number, item in enumerate(scenario.joints):
+        setting, path = _setting(item.bond), ("joints", number, "bond", "from")
+        timed = _TimedRule(
+            _joint(item, smooth), _between(item, named), -inf, setting, path if setting is not None else None
+        )
+        rules.append(timed)
     for number, mortar in mortars_of(scenario):
         if mortar.bond is not None:
             laid = frozenset(brick.name for brick in built.bricks if brick.written.step == number)
             there = {plane.id for plane in built.planes}
             there.update(brick.name for brick in built.bricks if brick.written.step <= number)
-            sets = laid, frozenset(there)
-            rules.append(_TimedRule(_bond(mortar.bond), sets, after_placing=_setting(mortar.bond)))
+            layout, setting = scenario.build[number].layout, _setting(mortar.bond)
+            assert layout is not None
+            path = ("build", number, layout[0], "mortar", "bond", "from")
+            sides = laid, frozenset(there)
+            rules.append(_TimedRule(_bond(mortar.bond), sides, -inf, setting, path if setting is not None else None))
     rules += _of_studs(built, scenario, smooth)
     return rules
 

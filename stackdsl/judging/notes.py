@@ -4,10 +4,12 @@ from collections.abc import Collection, Iterator
 
 from stability.analysis.weakest import Apart
 from stackdsl.compiler.compile import origin_of
+from stackdsl.compiler.joints import setting_at
+from stackdsl.compiler.schedule import resolved_scenario
 from stackdsl.diagnostics import ScenarioWarning
 from stackdsl.language.claims.claim_result import placed
 from stackdsl.language.schema import Scenario
-from stackdsl.language.yaml.source import Source
+from stackdsl.language.yaml.source import KeyPath, Source
 from stackdsl.results import ClaimOutcome
 from stackdsl.timeline import JointsAction, Timeline
 from stackdsl.trace import BrickState, Trace
@@ -31,19 +33,24 @@ def warnings_about(outcomes: Collection[ClaimOutcome], trace: Trace) -> Iterator
 
 
 def left_out(timeline: Timeline, trace: Trace, scenario: Scenario, source: Source) -> Iterator[ScenarioWarning]:
-    """Yield the glue and the cuts that come after the collapse, when joints no longer change."""
+    """Yield the glue, the cuts and the mortar that sets after the collapse, when joints no longer change."""
     if trace.collapse is None:
         return
+    fell = f"since the structure collapsed at {time_text(trace.collapse.time, 4)}"
+    hint = "after a collapse, joints no longer change; write an earlier time"
+    told: set[KeyPath] = set()
     for action in timeline.actions:
         if not isinstance(action, JointsAction) or action.time <= trace.collapse.time:
             continue
         if (origin := origin_of(action, scenario, source)) is not None:
-            fell = time_text(trace.collapse.time, 4)
-            message = (
-                f"`{origin.kind}` at {time_text(action.time)} is left out, since the structure collapsed at {fell}"
-            )
-            hint = "after a collapse, joints no longer change; write an earlier time"
+            message = f"`{origin.kind}` at {time_text(action.time)} is left out, {fell}"
             yield ScenarioWarning(origin.span, message, hint)
+            continue
+        for path in setting_at(action.time, resolved_scenario(scenario, source), scenario):
+            if path not in told:
+                told.add(path)
+                message = f"this joint, which sets at {time_text(action.time)}, is left out, {fell}"
+                yield ScenarioWarning(source.key_span_of(path), message, hint)
 
 
 def _aided(outcomes: Collection[ClaimOutcome], apart: Apart) -> Iterator[ScenarioWarning]:

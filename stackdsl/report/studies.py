@@ -527,6 +527,8 @@ def _slopes(effect: Effect, unit: str) -> tuple[str, str]:
     if not effect.has_kink:
         assert effect.more is not None
         return f"{effect.more:+.3g}{per}", f"{'-' if effect.more * effect.size < 0.0 else '+'}{change}"
+    if effect.less is None and effect.more is None:
+        return "", ""  # `HOW` says it
     less, more = ("no margin" if each is None else f"{each:+.3g}{per}" for each in (effect.less, effect.more))
     return f"{more}, and {less} below", f"up to {change}"
 

@@ -134,6 +134,15 @@ def test_other_systems_refuse_joints() -> None:
             play_case(timeline, system)
 
 
+# The upper brick tips over the end of the lower one long before its glue has set.
+UNSET = """scenario: unset
+build:
+  - bricks:
+      - {name: base, at: [0 mm, 0 mm, 100 mm], brick: {size: [200 mm, 100 mm, 200 mm], mass: 10 kg}}
+      - {name: top, at: [150 mm, 0 mm, 230 mm], brick: {size: [200 mm, 80 mm, 60 mm], mass: 100 g}}
+joints: [{of: [base, top], bond: {tension: 10 kPa, cohesion: 20 kPa, from: 2 h after placing}}]
+expect: [collapses: any]
+"""
 # A block of 0.2 kg that juts out of a wall on a prop, glued or in mortar, and the prop that goes.
 PROPPED = """\
 scenario: propped
@@ -170,6 +179,13 @@ def test_mortar_holds_once_it_has_set_and_not_before(stackdsl: Stackdsl, tmp_pat
     told = stackdsl("check", "propped.yaml", "--no-golden")
     assert told.code == ExitCode.FAILED
     assert "prop pulled out at 5400 s" in told.text
+
+
+def test_glue_that_sets_after_a_collapse_is_left_out_with_a_warning(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, UNSET, "unset.yaml")
+    told = stackdsl("check", "unset.yaml", "--no-golden")
+    assert told.code == ExitCode.OK
+    assert "unset.yaml:6:70: this joint, which sets at 2:00:00, is left out, since the structure collapsed" in told.text
 
 
 def test_glue_and_cuts_act_at_their_times_and_the_verdict_follows_each(stackdsl: Stackdsl, tmp_path: Path) -> None:

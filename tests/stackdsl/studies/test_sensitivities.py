@@ -114,6 +114,12 @@ def test_where_differences_contradict_forces_text_and_json_tell_that_the_rest_ma
     assert sensitivity_table([found]).details[0]["in_doubt"] is in_doubt
 
 
+def test_a_number_without_a_margin_on_either_side_has_no_slopes_in_the_text() -> None:
+    wedged = Effect("x of a", "mm", 100.0, None, None, SlopeSource.NONE)
+    *_, row, _ = sensitivity_lines(Sensitivities("glued", MarginKind.LOAD_FACTOR, 3.0, [wedged]), 15)
+    assert re.split(r" {2,}", row.strip()) == ["x of a", HOW[SlopeSource.NONE]]
+
+
 def test_sensitivities_are_reported_as_text_csv_and_json() -> None:
     found = of(ON_END.replace("X", "80"), check=1)
     lines = list(sensitivity_lines(found, most=1))
