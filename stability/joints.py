@@ -37,6 +37,7 @@ UPRIGHT: Final = 0.999  # cosine of the largest angle between the studs of a box
 ASIDE: Final = 0.045  # the same of the smallest angle at which a contact is one of two side faces
 CORNERS_OF_A_FACE: Final = 3
 PAIR: Final = 2
+FEW: Final = 1000  # studs of a box: more take too much memory for arrays of all contacts
 STRONGEST: Final = 1e60  # [Pa, N]
 
 
@@ -135,19 +136,48 @@ class Studs(Joint):
 
         Four points are symmetric, so a mirrored structure has the same verdict.
         """
-        normal_W = contact.normals_W[0]
-        grids = [_grid_of(placed, self.pitch) for placed in bodies]
-        ups = [dot(grid.up_W, normal_W) for grid in grids if grid is not None]
-        if not ups or len(ups) < len(bodies) or min(map(abs, ups)) < UPRIGHT or min(ups) * max(ups) < 0.0:
+        grids = self._grids(contact, bodies, {body.brick.id: _grid_of(body, self.pitch) for body in bodies})
+        if not grids:
             return {}
-        point_up = ups[0] > 0.0
-        if len(bodies) == PAIR and bodies[1 if point_up else 0].brick.id in self.smooth:
-            return {}
-        upper, *below = (grid for grid in grids if grid is not None)
-        gripping = upper if point_up or not below else below[0]
+        upper, *below = grids
         middles = upper.middles() if not below else upper.common(below[0])
+        normal_W = contact.normals_W[0]
         points = upper.quarters(middles, dot(normal_W, contact.points_W[0]), normal_W)
-        return {self._narrow if min(gripping.counts) == 1 else self._wide: points} if points else {}
+        return {self._law(contact, grids): points} if points else {}
+
+    def points_of_many(
+        self, asked: Sequence[tuple[Contact, Sequence[Placed]]]
+    ) -> Iterator[Mapping[ContactLaw, Sequence[Vec3]]]:
+        """Yield the points of the studs of each contact, as `points`, by arrays."""
+        each = {body.brick.id: body for _, bodies in asked for body in bodies}
+        known = {name: _grid_of(body, self.pitch) for name, body in each.items()}
+        grids = [self._grids(contact, bodies, known) for contact, bodies in asked]
+        pairs = [i for i, own in enumerate(grids) if len(own) == PAIR and own[0].counts[0] * own[0].counts[1] <= FEW]
+        normals_W = [asked[i][0].normals_W[0] for i in pairs]
+        heights = [dot(normal_W, asked[i][0].points_W[0]) for i, normal_W in zip(pairs, normals_W, strict=True)]
+        found = dict(zip(pairs, _common_points([grids[i] for i in pairs], heights, normals_W), strict=True))
+        for i, (contact, bodies) in enumerate(asked):
+            if i not in found:
+                yield self.points(contact, bodies)
+            else:
+                yield {self._law(contact, grids[i]): found[i]} if found[i] else {}
+
+    def _grids(
+        self, contact: Contact, bodies: Sequence[Placed], known: Mapping[BodyId, "_Grid | None"]
+    ) -> Sequence["_Grid"]:
+        """Return the grids of the boxes of a contact, the upper one first; none if no studs meet."""
+        normal_W = contact.normals_W[0]
+        grids = [grid for placed in bodies if (grid := known[placed.brick.id]) is not None]
+        ups = [dot(grid.up_W, normal_W) for grid in grids]
+        if not ups or len(ups) < len(bodies) or min(map(abs, ups)) < UPRIGHT or min(ups) * max(ups) < 0.0:
+            return ()
+        is_smooth = len(bodies) == PAIR and bodies[1 if ups[0] > 0.0 else 0].brick.id in self.smooth
+        return () if is_smooth else grids
+
+    def _law(self, contact: Contact, grids: Sequence["_Grid"]) -> MohrCoulomb:
+        """Return the law of the points between two grids, the upper one first, or of one grid and a plane."""
+        points_up = dot(grids[0].up_W, contact.normals_W[0]) > 0.0
+        return self._narrow if min(grids[0 if points_up else -1].counts) == 1 else self._wide
 
     @property
     def _wide(self) -> MohrCoulomb:
@@ -256,24 +286,67 @@ class _Grid:
         return points
 
 
+def _common_points(
+    grids: Sequence[Sequence[_Grid]], heights: Sequence[float], normals_W: Sequence[Vec3]
+) -> Sequence[Sequence[Vec3]]:
+    """Return for each pair of grids the points of the cells of the first that meet one of the second.
+
+    The digits are those of `common` and `quarters`.
+    """
+    if not grids:
+        return ()
+    import numpy as np  # noqa: PLC0415 -- most scenes have no studs
+
+    of_pairs = np.array(
+        [(*grid.first_W, *grid.steps_W[0], *grid.steps_W[1], *grid.counts) for pair in grids for grid in pair]
+    ).reshape(-1, 2, 11)
+    cells = (of_pairs[:, 0, 9] * of_pairs[:, 0, 10]).astype(int)
+    which = np.repeat(np.arange(len(grids)), cells)
+    (ux, uy, uz, ax, ay, az, bx, by, bz, _, columns), lower = of_pairs[which].transpose(1, 2, 0)
+    i, j = np.divmod(np.arange(len(which)) - np.repeat(np.cumsum(cells) - cells, cells), columns)
+    x, y, z = ux + i * ax + j * bx, uy + i * ay + j * by, uz + i * az + j * bz
+    fx, fy, fz, ax, ay, az, bx, by, bz, lines, columns = lower
+    square = grids[0][1].pitch * grids[0][1].pitch
+    ahead = x - fx, y - fy, z - fz
+    row = (ahead[0] * ax + ahead[1] * ay + ahead[2] * az) / square
+    column = (ahead[0] * bx + ahead[1] * by + ahead[2] * bz) / square
+    i, j = np.rint(row), np.rint(column)
+    meets = (i >= 0) & (i < lines) & (j >= 0) & (j < columns) & (np.hypot(row - i, column - j) <= ALIGNED)
+    x, y, z, which = x[meets], y[meets], z[meets], which[meets]
+    nx, ny, nz = np.array(normals_W)[which].T
+    rise = np.array(heights)[which] - (nx * x + ny * y + nz * z)
+    at_W = np.stack([x + rise * nx, y + rise * ny, z + rise * nz], axis=1)
+    quarters = np.array([upper.quarters_W for upper, _ in grids])[which]
+    points = list(map(tuple, (at_W[:, None] + quarters).reshape(-1, 3).tolist()))
+    ends = (len(grids[0][0].quarters_W) * np.cumsum(np.bincount(which, minlength=len(grids)))).tolist()
+    return [points[first:last] for first, last in zip([0, *ends], ends, strict=False)]
+
+
 def _grid_of(placed: Placed, pitch: float) -> _Grid | None:
     """Return the grid of the studs of a box; None if the brick is no box, or too small."""
     box = box_of(placed.brick.shape)
-    return None if box is None else _grid(box[0].size, box[1], placed.pose.position_W, placed.pose.orientation, pitch)
+    turned = None if box is None else _turned_grid(box[0].size, box[1], placed.pose.orientation, pitch)
+    if turned is None:
+        return None
+    middle_W, (along_W, across_W), grid = turned
+    first_W = add(add(add(placed.pose.position_W, middle_W), along_W), across_W)
+    return _Grid(first_W, grid.steps_W, grid.quarters_W, grid.up_W, grid.counts, pitch)
 
 
-@lru_cache(maxsize=1024)  # each brick has several contacts
-def _grid(size: Vec3, middle: Vec3, position_W: Vec3, orientation: Quaternion, pitch: float) -> _Grid | None:
+@lru_cache(maxsize=256)  # each box has several contacts, and many are turned alike
+def _turned_grid(
+    size: Vec3, middle: Vec3, orientation: Quaternion, pitch: float
+) -> tuple[Vec3, tuple[Vec3, Vec3], _Grid] | None:
+    """Return the way from the position of a box to its middle, two from there to the first cell, and a grid."""
     axes_W = body_axes(orientation)
-    (length, width, _), first = size, add(position_W, rotate(orientation, middle))
-    counts = round(length / pitch), round(width / pitch)
+    counts = round(size[0] / pitch), round(size[1] / pitch)
     if 0 in counts:
         return None
-    for axis_W, count in zip(axes_W, counts, strict=False):
-        first = add_scaled(first, -0.5 * (count - 1) * pitch, axis_W)
+    ways = [scale(-0.5 * (count - 1) * pitch, axis_W) for axis_W, count in zip(axes_W, counts, strict=False)]
     steps = along_W, across_W = scale(pitch, axes_W[0]), scale(pitch, axes_W[1])
     quarters = [add(scale(i, along_W), scale(j, across_W)) for i in (-0.25, 0.25) for j in (-0.25, 0.25)]
-    return _Grid(first, steps, quarters, axes_W[2], counts, pitch)
+    grid = _Grid((0.0, 0.0, 0.0), steps, quarters, axes_W[2], counts, pitch)
+    return rotate(orientation, middle), (ways[0], ways[1]), grid
 
 
 def _cells(corners: Sequence[Vec3], normal: Vec3) -> Iterator[tuple[Vec3, float]]:
@@ -340,9 +413,7 @@ class Joints:
     def dry_contact(self, contact: Contact, bodies: Mapping[BodyId, Placed]) -> Contact:
         """Return a contact of two bodies to which joints add no points. `bodies` holds the bricks."""
         joint = self.of(contact.lower, contact.upper)
-        if joint is None:
-            return contact
-        return joint.dry_contact(contact, [bodies[name] for name in (contact.upper, contact.lower) if name in bodies])
+        return contact if joint is None else joint.dry_contact(contact, _held(contact, bodies))
 
     def times(self, factor: float) -> "Joints":
         """Return the same joints with their strength multiplied by a factor."""
@@ -366,14 +437,46 @@ class Joints:
         A joint needs a face: it adds nothing where an edge or a corner touches. `bodies` holds the bricks.
         """
         joint = self.of(contact.lower, contact.upper)
-        if joint is None or len(contact.normals_W) != 1 or len(contact.points_W) < CORNERS_OF_A_FACE:
+        if joint is None or not _is_face(contact):
             return ()
-        held = [bodies[name] for name in (contact.upper, contact.lower) if name in bodies]
-        brittle = joint.strengths if isinstance(joint, Bond) and joint.brittle else None
-        return tuple(
-            Contact(contact.lower, contact.upper, tuple(points), contact.normals_W, law, brittle=brittle)
-            for law, points in joint.points(contact, held).items()
-        )
+        return _added(joint, contact, joint.points(contact, _held(contact, bodies)))
+
+    def joined(
+        self, contacts: Sequence[Contact], bodies: Mapping[BodyId, Placed]
+    ) -> Iterator[tuple[Contact, tuple[Contact, ...]]]:
+        """Yield each contact as the joints leave it, and the contacts that they add to it: the same, but faster."""
+        joints = [self.of(contact.lower, contact.upper) for contact in contacts]
+        points: dict[int, Mapping[ContactLaw, Sequence[Vec3]]] = {}
+        for studs in {joint for joint in joints if isinstance(joint, Studs)}:
+            own = [i for i, joint in enumerate(joints) if joint == studs and _is_face(contacts[i])]
+            asked = [(contacts[i], _held(contacts[i], bodies)) for i in own]
+            points |= dict(zip(own, studs.points_of_many(asked), strict=True))
+        for i, (contact, joint) in enumerate(zip(contacts, joints, strict=True)):
+            if joint is None:
+                yield contact, ()
+                continue
+            held = _held(contact, bodies)
+            added: tuple[Contact, ...] = ()
+            if _is_face(contact):
+                added = _added(joint, contact, points[i] if i in points else joint.points(contact, held))
+            yield (contact if added else joint.dry_contact(contact, held)), added
+
+
+def _is_face(contact: Contact) -> bool:
+    return len(contact.normals_W) == 1 and len(contact.points_W) >= CORNERS_OF_A_FACE
+
+
+def _held(contact: Contact, bodies: Mapping[BodyId, Placed]) -> list[Placed]:
+    """Return the boxes of a contact, the upper one first."""
+    return [bodies[name] for name in (contact.upper, contact.lower) if name in bodies]
+
+
+def _added(joint: Joint, contact: Contact, points: Mapping[ContactLaw, Sequence[Vec3]]) -> tuple[Contact, ...]:
+    brittle = joint.strengths if isinstance(joint, Bond) and joint.brittle else None
+    return tuple(
+        Contact(contact.lower, contact.upper, tuple(own), contact.normals_W, law, brittle=brittle)
+        for law, own in points.items()
+    )
 
 
 DRY = Joints()

@@ -24,9 +24,10 @@ from stability.statics.conic_program import clarabel_solve, quick_solve
 from stability.statics.elastic_joints import elastic_factor, without_brittle
 from stability.statics.equilibrium import (
     ACCURACIES,
+    ALIKE,
     STILL,
     balance,
-    first_mechanisms,
+    exact_points,
     proven_forces,
     proven_motion,
     separating_motion,
@@ -48,6 +49,7 @@ SHARES: Final = (
 )  # relative distances from the solver's factor, tried in turn until proven
 GIVES_WAY: Final = 1e-3  # of the power of all joints: a joint that takes less hardly yields
 HELD: Final = 1e6  # times the weight: loads that are borne up to there are borne at any size
+MOST_SHARE: Final = 1e6  # of the strength: a mechanism that is not held by so much counts as not held at all
 NONE: Final = 1e-9  # a motion that falls with this share of the loads is held by no joint
 
 
@@ -164,9 +166,16 @@ def _fall_by_studs(
 
     near = (
         _closest(1.0 / point.share, 1.0, partial(motion_at, motion=motion))
-        for motion in first_mechanisms(grown.problem, point)
+        for motion in _first_mechanisms(grown.problem, point)
     )
     return next((found for found in near if found is not None), None)
+
+
+def _first_mechanisms(problem: Problem, point: StudPoint) -> Iterator[Motion]:
+    """Yield motions, unproven, with the load factor of a point."""
+    for each in exact_points(problem, point):
+        if each is point or each.share >= (1.0 - ALIKE) * min(point.share, MOST_SHARE):
+            yield each.motion()
 
 
 def _by_halves(problem: Problem, tolerances: Tolerances) -> LoadFactor | None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import product
 from math import hypot
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, Union
@@ -14,7 +15,7 @@ from stability.geometry.placed_shape import middle_pose, part_pose
 from stability.geometry.polygons import within_rectangle
 from stability.geometry.round_solid import RoundSolid
 from stability.geometry.vectors import add, add_scaled, body_axes, cross, dot, scale
-from stability.model import BodyId, Brick, Pose, Vec3
+from stability.model import BodyId, Brick, Pose, Quaternion, Vec3
 from stability.problem import Placed
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 # Sine of the angle to the vertical up to which a body axis counts as vertical: rounding.
 UPRIGHT = 1e-12
+KEPT = 1024  # cache size: most boxes are of few sizes, and many are turned alike
 
 # In plan: the direction of the first side (x, y), then the half lengths of the first and the second side [m].
 PlanRectangle: TypeAlias = tuple[float, float, float, float]
@@ -232,15 +234,23 @@ def convex_solid(placed: Placed) -> Solid:
 
 def box_solid(name: BodyId, size: Vec3, pose: Pose) -> BoxSolid:
     """Prepare a box with the pose of its centre for contact detection."""
+    axes, half, plan, (rx, ry, rz), shortest, longest = _turned_box(size, pose.orientation)
+    px, py, pz = pose.position_W
+    low, high = (px - rx, py - ry, pz - rz), (px + rx, py + ry, pz + rz)
+    return BoxSolid(name, pose, low, high, shortest, longest, size, axes, half, plan, rz)
+
+
+@lru_cache(maxsize=KEPT)
+def _turned_box(
+    size: Vec3, orientation: Quaternion
+) -> tuple[tuple[Vec3, Vec3, Vec3], Vec3, PlanRectangle | None, Vec3, float, float]:
+    """Return axes, half lengths, plan, half size of the bounding box, smallest and largest side of a turned box."""
     a, b, c = half = (0.5 * size[0], 0.5 * size[1], 0.5 * size[2])
-    (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = axes = body_axes(pose.orientation)
+    (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = axes = body_axes(orientation)
     rx = a * abs(ux) + b * abs(vx) + c * abs(wx)
     ry = a * abs(uy) + b * abs(vy) + c * abs(wy)
     rz = a * abs(uz) + b * abs(vz) + c * abs(wz)
-    px, py, pz = pose.position_W
-    plan = _plan(axes, half)
-    low, high = (px - rx, py - ry, pz - rz), (px + rx, py + ry, pz + rz)
-    return BoxSolid(name, pose, low, high, min(size), max(size), size, axes, half, plan, rz)
+    return axes, half, _plan(axes, half), (rx, ry, rz), min(size), max(size)
 
 
 def is_round(body: Solid) -> "TypeIs[RoundBody]":

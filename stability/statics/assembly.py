@@ -404,6 +404,8 @@ def refuse_overlaps(structure: Structure, coming: Sequence[Placed], overlap: flo
 
     `leaving` is a present brick that is about to be removed.
     """
+    if not leaving and structure.are_clear(coming, overlap):
+        return
     among: Neighbours[BodyId] = Neighbours()
     new: dict[BodyId, Placed] = {}
     for placed in coming:

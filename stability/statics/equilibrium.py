@@ -14,7 +14,17 @@ from stability.statics.conic_program import SOLVED, ConicProgram, Solver, clarab
 from stability.statics.load_factor import central_forces, yielding
 from stability.statics.proof import check_forces, check_motion, least_separating_speed
 from stability.statics.propagation import is_held_upright
-from stability.statics.stud_program import HalvedJoints, StudPoint, stud_points, whole_point
+from stability.statics.single_joints import SingleJoints, single_joints
+from stability.statics.stud_program import (
+    REFINED,
+    SPARING,
+    UPRIGHT,
+    WHOLE,
+    HalvedJoints,
+    StudPoint,
+    StudPrograms,
+    whole_point,
+)
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
 # Separating motions: they open contacts strictly.
@@ -256,22 +266,48 @@ def _yielding_balance(problem: Problem, tolerances: Tolerances, solver: Solver) 
 
 SLOW = 1e-3  # share of the largest speed below which a brick is taken as static
 MOST_MOVING = 0.5  # share of all bricks: a program of more takes as long as that of all, whose mechanism is exact
-MOST_SHARE = 1e6  # of the strength: a mechanism that is not held by so much counts as not held at all
 ALIKE = 1e-6  # two load factors that differ by less are of one mechanism
 
 
 def _studded_balance(problem: Problem, tolerances: Tolerances) -> Balance | None:
     """Return the balance by the small programs of studded bricks; None if they prove nothing."""
-    for point in stud_points(problem):
-        if point.share <= 1.0:
-            forces = point.forces()  # those of the whole program are larger than the loads require
-            if not point.is_whole and check_forces(problem, forces, tolerances).holds:
-                return Balance(forces, None, "", frictionless=True)
+    single = single_joints(problem)
+    if isinstance(single, Motion):
+        falls = check_motion(problem.part(single.velocity), single, tolerances).holds
+        return Balance(None, single, "") if falls else _halved_balance(problem, tolerances)
+    if not single.rest.bricks:
+        return _balanced(single, Forces(()), tolerances) or _halved_balance(problem, tolerances)
+    return _balanced_by_programs(single, tolerances) or _halved_balance(problem, tolerances)
+
+
+def _balanced_by_programs(single: SingleJoints, tolerances: Tolerances) -> Balance | None:
+    """Return the balance by forces without friction; None if they prove nothing."""
+    programs, waiting = StudPrograms(single.rest), [UPRIGHT, WHOLE, SPARING, REFINED]
+    while waiting:
+        point = programs.point(waiting.pop(0))
+        if point is None:
             continue
-        for motion in first_mechanisms(problem, point):
-            if check_motion(problem, motion, tolerances).holds:
+        if point.share <= 1.0:  # forces of the whole program are larger than the loads require
+            balanced = None if point.is_whole else _balanced(single, point.forces(), tolerances)
+            if balanced is not None:
+                return balanced
+            continue
+        exact = list(exact_points(single.rest, point))
+        for motion in (single.whole_motion(each.motion()) for each in exact if each.share > 1.0):
+            if check_motion(single.problem.part(motion.velocity), motion, tolerances).holds:
                 return Balance(None, motion, "")
-    return _halved_balance(problem, tolerances)
+        if any(each.share > 1.0 + ALIKE for each in exact):
+            return None
+        if exact and WHOLE in waiting:
+            waiting = [SPARING, WHOLE, REFINED]  # forces along the contacts hold what vertical ones do not
+    return None
+
+
+def _balanced(single: SingleJoints, rest: Forces, tolerances: Tolerances) -> Balance | None:
+    """Return the balance of a whole structure by forces of its rest; None if they do not balance it."""
+    forces = single.whole_forces(rest)
+    holds = check_forces(single.problem, forces, tolerances).holds
+    return Balance(forces, None, "", frictionless=True) if holds else None
 
 
 def _halved_balance(problem: Problem, tolerances: Tolerances) -> Balance | None:
@@ -292,16 +328,18 @@ def _halved_balance(problem: Problem, tolerances: Tolerances) -> Balance | None:
     return Balance(forces, None, "") if proven else None
 
 
-def first_mechanisms(problem: Problem, point: StudPoint) -> Iterator[Motion]:
-    """Yield motions, unproven, with the load factor of a point: of those bricks alone that move in its mechanism."""
+def exact_points(problem: Problem, point: StudPoint) -> Iterator[StudPoint]:
+    """Yield the points of the exact program: the given one, and that of those bricks alone that move in its mechanism.
+
+    The second one is more accurate. Its share of the strength is at most that of all bricks.
+    """
     if point.is_whole:
-        yield point.motion()
+        yield point
     moving = point.moving(SLOW)
-    if not point.is_whole and len(moving) > MOST_MOVING * len(problem.bricks):
-        return
-    alone = whole_point(problem.part(moving))  # more accurate than the mechanism of all bricks
-    if alone is not None and alone.share >= (1.0 - ALIKE) * min(point.share, MOST_SHARE):
-        yield alone.motion()
+    if point.is_whole or len(moving) <= MOST_MOVING * len(problem.bricks):
+        alone = whole_point(problem.part(moving))
+        if alone is not None:
+            yield alone
 
 
 def falling_motion(

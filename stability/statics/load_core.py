@@ -10,6 +10,7 @@ stands. Bricks above are not used, so stepped and counterweighted stacks need an
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot
+from typing import TypeAlias
 
 from stability.geometry.polygons import Point2, Polygon, clip, clip_line, depth, doubled_area, extent, holds, hull
 from stability.model import BodyId
@@ -20,13 +21,38 @@ USUAL = 2  # typical number of supports of a brick
 ON_THE_BORDER = 1e-12  # share of a core's extent: nearer to the border, rounding decides between inside and outside
 
 
+Pieces: TypeAlias = Sequence[tuple[Contact, tuple[Point2, ...]]]  # the part of each contact: patch, line or point
+
+
 @dataclass(slots=True, eq=False)
 class LoadCore:
-    """Core of one brick; empty if nothing below carries it. Its hull is computed on first use."""
+    """Core of one brick; empty if nothing below carries it. Its pieces and its hull are computed on first use."""
 
-    pieces: Sequence[tuple[Contact, tuple[Point2, ...]]]  # the part of each contact: a polygon, a line, or a point
+    _below: "Sequence[tuple[Contact, LoadCore | None]]"  # supports with the cores below; None for a fixed body
+    _pieces: Pieces | None = None
     _polygon: Polygon | None = None
     _slack: float = 0.0  # [m]
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Return the core without those below, of which there may be too many for pickle's recursion."""
+        return LoadCore, ((), self.pieces, self._polygon, self._slack)
+
+    @property
+    def pieces(self) -> Pieces:
+        """Return the part of each contact that the core below carries."""
+        waiting = [self] if self._pieces is None else []
+        while waiting:
+            core = waiting[-1]
+            unknown = next((each for _, each in core._below if each is not None and each._pieces is None), None)
+            if unknown is not None:
+                waiting.append(unknown)
+                continue
+            parts = ((contact, piece(plan(contact), below)) for contact, below in core._below)
+            core._pieces = [(contact, points) for contact, points in parts if points]
+            core._below = ()
+            waiting.pop()
+        assert self._pieces is not None
+        return self._pieces
 
     @property
     def polygon(self) -> Polygon:
@@ -59,7 +85,7 @@ def _is_amid(point: Point2, one: Sequence[Point2], other: Sequence[Point2]) -> b
     return abs(ax * by - ay * bx) <= ON_THE_BORDER * (dx * dx + dy * dy) and ax * bx + ay * by <= 0.0
 
 
-def _hull_of(pieces: Sequence[tuple[Contact, tuple[Point2, ...]]]) -> Polygon:
+def _hull_of(pieces: Pieces) -> Polygon:
     if len(pieces) == 1:  # already a polygon, if it has an area
         points = pieces[0][1]
         return points if len(points) > 2 else ()  # noqa: PLR2004 -- a polygon has three corners
@@ -121,9 +147,4 @@ def core_of(supports: Sequence[Contact], cores: Mapping[BodyId, LoadCore]) -> Lo
 
     A body without a core is fixed; the supports must not include a brick whose core is not known yet.
     """
-    pieces = []
-    for contact in supports:
-        points = piece(plan(contact), cores.get(contact.lower))
-        if points:
-            pieces.append((contact, points))
-    return LoadCore(pieces)
+    return LoadCore([(contact, cores.get(contact.lower)) for contact in supports])

@@ -41,6 +41,9 @@ class Prover:
 
     def put(self, bricks: Sequence[Placed]) -> None:
         """Place bricks, each after its supports."""
+        if self.structure.put_together(bricks):
+            self._prove_joined([placed.brick.id for placed in bricks])
+            return
         for placed in bricks:
             parted = [self.structure.bricks[name] for name in self.structure.parted_by(placed)]
             if parted:  # bricks that stood across a gap stand on the brick that fills it
@@ -110,11 +113,33 @@ class Prover:
 
     def _prove_by_core(self, name: BodyId) -> None:
         """Prove a brick by its load core if its weight lies in it."""
-        if self.structure.cores[name].carries(self.structure.weights[name].at) and self.structure.is_upright(name):
+        if self._is_carried(name):
             self.ledger.prove_by_core(name)
             self._unproven.pop(name, None)
         else:
             self._unproven[name] = None
+
+    def _prove_joined(self, names: Sequence[BodyId]) -> None:
+        """Prove bricks by their load cores; if one of them is not, all that are connected are judged together."""
+        if not self.structure.is_joined():
+            for name in names:
+                self._prove_by_core(name)
+            return
+        left = dict.fromkeys(names)
+        while left:
+            name = next(iter(left))
+            together = self.structure.by_turn(self.structure.component(name))
+            if all(self._is_carried(each) for each in together):
+                for each in together:
+                    self.ledger.prove_by_core(each)
+            else:
+                self._unproven |= dict.fromkeys(together)
+            for each in together:
+                del left[each]
+
+    def _is_carried(self, name: BodyId) -> bool:
+        """Return whether the weight of a brick lies in its load core."""
+        return self.structure.cores[name].carries(self.structure.weights[name].at) and self.structure.is_upright(name)
 
     def _judge_alone(self, name: BodyId, names_smallest: bool) -> Verdict | None:
         """Return the verdict of the cascade on a brick without a proof, cached until something near it changes."""

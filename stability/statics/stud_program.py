@@ -156,24 +156,43 @@ class StudPoint:
         return Motion({name: (tuple(values[name][:3]), tuple(values[name][3:])) for name in self.moving(MOVES)})
 
 
-# vertical and sparing forces, and the solver; see `_solved`
-PROGRAMS: Final = (
-    (True, True, quick_solve),
-    (False, False, quick_solve),
-    (False, True, quick_solve),
-    (False, True, clarabel_solve),
-)
+@dataclass(frozen=True, slots=True)
+class StudProgram:
+    """Choice of a program and its solver; see `_solved`."""
+
+    vertical: bool
+    sparing: bool
+    solver: Solver = quick_solve
+
+
+UPRIGHT: Final = StudProgram(vertical=True, sparing=True)
+WHOLE: Final = StudProgram(vertical=False, sparing=False)
+SPARING: Final = StudProgram(vertical=False, sparing=True)
+REFINED: Final = StudProgram(vertical=False, sparing=True, solver=clarabel_solve)
+
+
+@dataclass(eq=False)
+class StudPrograms:
+    """Programs of one problem."""
+
+    problem: Problem
+
+    @cached_property
+    def _places(self) -> "_Places":
+        return _Places.of(self.problem)
+
+    def point(self, program: StudProgram) -> StudPoint | None:
+        """Return the point of a program; None if there is no such program for the problem, or it is not solved."""
+        if not _applies(self.problem, program.vertical):
+            return None
+        return _solved(self._places, vertical=program.vertical, sparing=program.sparing, solver=program.solver)
 
 
 def stud_points(problem: Problem) -> Iterator[StudPoint]:
     """Yield the points of the programs, those with the fewest steps of the solver first."""
-    places: _Places | None = None
-    for vertical, sparing, solver in PROGRAMS:
-        if _applies(problem, vertical):
-            places = places or _Places.of(problem)
-            point = _solved(places, vertical=vertical, sparing=sparing, solver=solver)
-            if point is not None:
-                yield point
+    programs = StudPrograms(problem)
+    points = (programs.point(program) for program in (UPRIGHT, WHOLE, SPARING, REFINED))
+    return (point for point in points if point is not None)
 
 
 def whole_point(problem: Problem) -> StudPoint | None:

@@ -150,9 +150,9 @@ def _timed_rules(built: ResolvedScenario, scenario: Scenario) -> list[_TimedRule
             there.update(brick.name for brick in built.bricks if brick.written.step <= number)
             layout, setting = scenario.build[number].layout, _setting(mortar.bond)
             assert layout is not None
-            path = ("build", number, layout[0], "mortar", "bond", "from")
+            place: KeyPath = ("build", number, layout[0], "mortar", "bond", "from")
             sides = laid, frozenset(there)
-            rules.append(_TimedRule(_bond(mortar.bond), sides, -inf, setting, path if setting is not None else None))
+            rules.append(_TimedRule(_bond(mortar.bond), sides, -inf, setting, place if setting is not None else None))
     rules += _of_studs(built, scenario, smooth)
     return rules
 
