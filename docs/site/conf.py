@@ -50,10 +50,19 @@ html_show_sphinx = False
 GROUPS: Final = {
     "Start": ["install", "tutorial", "gallery", "limits", "choose", "README"],
     "Guides by reader": [
-        *("guides/pallets", "guides/masonry", "guides/robot-assembly"),
+        *("guides/pallets", "guides/masonry", "guides/earthquake", "guides/robot-assembly"),
         *("guides/engine-developers", "guides/teachers", "guides/games"),
     ],
-    "How to": ["seeing", "loads", "python-api", "your-own-pybullet-world", "own-engine", "scale"],
+    "How to": [
+        "seeing",
+        "loads",
+        "records",
+        "protocols",
+        "python-api",
+        "your-own-pybullet-world",
+        "own-engine",
+        "scale",
+    ],
     "Reference": ["command", "language", "formats", "units", "columns", "../stackdsl/diagnostics", "api", "glossary"],
     "Background": [
         *(

@@ -94,15 +94,19 @@ def cosine_of_edge(bearing: float) -> float:
     return 1.0 / max(abs(cos(angle)), abs(sin(angle)))
 
 
-@pytest.mark.parametrize("up", [0.0, 4.0])
-def test_newmarks_block_slides_along_both_components_and_less_on_rising_ground(tmp_path: Path, up: float) -> None:
-    mu, along, across, duration = 0.4, 5.0, 6.0, 0.2
+@pytest.mark.parametrize(("along", "across", "up"), [(5.0, 6.0, 0.0), (5.0, 6.0, 4.0), (0.0, 8.0, 0.0)])
+def test_newmarks_block_slides_along_both_components_and_less_on_rising_ground(
+    tmp_path: Path, along: float, across: float, up: float
+) -> None:
+    mu, duration = 0.4, 0.2
     files = {"r.csv": table(along, across, up, duration)}
     trace = played(tmp_path, files, "file: r.csv, bearing: 30 deg", box(100, 40), f"friction: {mu}")
     size = hypot(along, across)
     beyond = size - mu * (GRAVITY + up)
     way = 0.5 * beyond * duration**2 * (1.0 + beyond / (mu * GRAVITY))
     direction = atan2(across, along) + 30.0 * 3.141592653589793 / 180.0
+    assert trace.energy is not None
+    assert trace.energy.gain < 0.01
     x, y, _ = trace.tracks["L1.1"].final.position_W
     assert (x, y) == pytest.approx((-way * cos(direction), -way * sin(direction)), rel=0.03)
 
@@ -121,3 +125,23 @@ def test_loaded_bricks_are_simulated_on_rising_ground_since_their_loads_do_not_g
     trace = played(tmp_path, {"r.csv": table(0.5, 0.0, 1.0, 0.1)}, "file: r.csv, at: 1 s", box(100, 40), load)
     assert trace.cost.steps > 0
     assert trace.verdict is RunVerdict.STANDS
+
+
+@pytest.mark.parametrize("share", [0.99, 1.01])
+def test_a_glued_block_bears_both_components_up_to_the_strength_of_its_joint(tmp_path: Path, share: float) -> None:
+    #   The block tips over an edge at (g + f A / m) b / h, where the glue pulls with f on the whole of its base A.
+    limit = (GRAVITY + 2000.0 * 0.1 * 0.1 / 0.5) * 100.0 / 400.0
+    most = share * limit / 0.8  # towards the nearer axis, whose part is 0.8
+    files = {"r.csv": table(0.6 * most, 0.8 * most, 0.0, 0.05)}
+    glue = "joints: [{of: [L1.1, ground], bond: {tension: 2 kPa, cohesion: 1 MPa}}]"
+    trace = played(tmp_path, files, "file: r.csv", box(100, 400), f"friction: 0.9\n{glue}")
+    assert (trace.cost.steps == 0) is (share < 1.0)
+
+
+def test_a_record_from_another_bearing_leaves_a_block_turned_as_much(tmp_path: Path) -> None:
+    files = {"r.csv": table(6.0, 2.0, 1.5, 0.15)}
+    ways = []
+    for bearing in (0, 90):
+        trace = played(tmp_path, files, f"file: r.csv, bearing: {bearing} deg", box(100, 40), "friction: 0.4")
+        ways.append(trace.tracks["L1.1"].final.position_W[:2])
+    assert ways[1] == pytest.approx((-ways[0][1], ways[0][0]), abs=1e-5)
