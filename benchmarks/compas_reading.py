@@ -5,7 +5,8 @@ from math import cos, inf, sin
 from pathlib import Path
 
 from stability.geometry.box import Box
-from stability.geometry.solid_making import solid_of_corners
+from stability.geometry.compound_making import FramedCompound, compound
+from stability.geometry.solid_making import FramedSolid, solid_of_corners
 from stability.geometry.vectors import add, rotate
 from stability.model import Brick, Pose, Vec3
 from stability.problem import Placed
@@ -39,7 +40,12 @@ def _placed(box: ImportedBox, turn: float) -> Placed:
     centre = _floats(box.centre)
     if box.corners is None:
         return Placed(Brick(box.name, Box(_floats(box.size)), float(box.mass)), Pose(rotate(about, centre), about))
-    made = solid_of_corners([_floats(corner) for corner in box.corners])
+    made: FramedSolid | FramedCompound
+    if box.parts is None:
+        made = solid_of_corners([_floats(corner) for corner in box.corners])
+    else:
+        solids = [solid_of_corners([_floats(corner) for corner in part]) for part in box.parts]
+        made = compound([(solid.shape, Pose(solid.centre_of_mass)) for solid in solids])
     place = rotate(about, add(centre, made.centre_of_mass))
     return Placed(Brick(box.name, made.shape, float(box.mass)), Pose(place, about))
 

@@ -12,7 +12,8 @@ from stability.geometry.placed_shape import bodies_apart, in_place
 from stability.geometry.vectors import add, body_axes, dot, multiply, norm, principal_axes, rotate, scale, subtract
 from stability.model import IDENTITY, ConvexShape, Face, Pose, Quaternion, Vec3
 
-SEAM: Final = 1e-6  # share of the least thickness: parts this close touch, and may overlap by this much
+# Share of the least thickness: parts this close touch, and may overlap by this much. Files have six decimals.
+SEAM: Final = 1e-4
 ALIGNED: Final = 1e-12  # share of the moments: smaller products of inertia are rounding
 
 
@@ -24,11 +25,14 @@ class FramedCompound:
     centre_of_mass: Vec3  # in the frame of the input, whose axes are the body axes [m]
 
 
-def compound(parts: Iterable[tuple[ConvexShape, Pose]], centre_of_mass: Vec3 | None = None) -> FramedCompound:
+def compound(
+    parts: Iterable[tuple[ConvexShape, Pose]], centre_of_mass: Vec3 | None = None, seam: float = 0.0
+) -> FramedCompound:
     """Join convex parts of equal density at poses in one frame to a rigid body.
 
-    `centre_of_mass` is in that frame; the default is that of uniform density. Raises NotASolidError for parts that
-    overlap, parts that touch no other part, too many parts, and a centre of mass outside the hull of all parts.
+    `centre_of_mass` is in that frame; the default is that of uniform density. Parts that overlap, or are apart, by at
+    most `seam` [m] or `SEAM` touch. Raises NotASolidError for parts that overlap, parts that touch no other part, too
+    many parts, and a centre of mass outside the hull of all parts.
     """
     placed = [(shape, place) for shape, place in parts]
     if not 1 <= len(placed) <= MOST_PARTS:
@@ -38,7 +42,7 @@ def compound(parts: Iterable[tuple[ConvexShape, Pose]], centre_of_mass: Vec3 | N
     for number, (shape, _) in enumerate(placed):
         if not isinstance(shape, Box | ConvexSolid):
             raise NotASolidError(f"part {number + 1} is neither a box nor a convex solid", "divide it", number)
-    _admit_joined(placed)
+    _admit_joined(placed, seam)
     volumes = [shape.volume for shape, _ in placed]
     total = sum(volumes)
     centroid = (0.0, 0.0, 0.0)
@@ -110,12 +114,12 @@ def _principal(parts: Sequence[Part], volumes: Sequence[float], centroid: Vec3) 
     return principal_axes(tensor)
 
 
-def _admit_joined(placed: Sequence[tuple[ConvexShape, Pose]]) -> None:
+def _admit_joined(placed: Sequence[tuple[ConvexShape, Pose]], least: float) -> None:
     """Raise NotASolidError unless the parts touch, directly or through others, and do not overlap."""
     bodies = [in_place(shape, place) for shape, place in placed]
     of = list(range(len(bodies)))  # the lowest part that each is known to be joined with
     for one, other in combinations(range(len(bodies)), 2):
-        seam = SEAM * min(placed[one][0].least_thickness, placed[other][0].least_thickness)
+        seam = max(least, SEAM * min(placed[one][0].least_thickness, placed[other][0].least_thickness))
         if any(
             low > high + seam
             for a, b in ((bodies[one], bodies[other]), (bodies[other], bodies[one]))

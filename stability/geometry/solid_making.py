@@ -80,6 +80,10 @@ def hull_faces(points: Sequence[Vec3]) -> tuple[list[Vec3], list[tuple[int, ...]
     return _in_order(points, loops, scaled, planes, written)
 
 
+class NotConvexError(NotASolidError):
+    """A mesh bounds a solid that is not convex."""
+
+
 def file_tolerance(points: Sequence[Vec3], faces: Sequence[Sequence[int]]) -> float:
     """Return the tolerance of the corners of these faces as written in files, as a share of the extent."""
     array = np.array(points, dtype=float)
@@ -319,7 +323,7 @@ def _admit_outline(outline: Sequence[tuple[float, float]]) -> None:
     dents = np.flatnonzero(sense * turns < -slack)
     if len(dents):
         corner = int(dents[0])
-        raise NotASolidError(
+        raise NotConvexError(
             f"the outline is not convex: it turns inwards at corner {corner + 1}",
             "write the corners in order around the outline, or divide it into convex parts that touch",
             corner,
@@ -359,7 +363,7 @@ def solid_of_mesh(
     if inside or hull_volume - volume > file_tolerance(corners, hull_loops) * extent**3:
         share = 100.0 * (1.0 - volume / hull_volume)
         where = f": corner {used[inside[0]] + 1} is inside its hull" if inside else ""
-        raise NotASolidError(
+        raise NotConvexError(
             f"the solid is not convex{where}; its volume is {share:.3g} % less than that of its hull",
             "divide it into convex parts that touch, or write `points` for its hull",
             used[inside[0]] if inside else None,

@@ -28,6 +28,7 @@ class ImportedBox:
     span: Span  # in the file
     turn: Exact3 = LEVEL  # about x, then y, then z, fixed axes [deg]
     corners: tuple[Exact3, ...] | None = None  # of a solid, along its body axes, from `centre`; None for a box [m]
+    parts: tuple[tuple[Exact3, ...], ...] | None = None  # corners of the convex parts of another solid, likewise
     centre_of_mass: Exact3 | None = None  # along its body axes, from `centre` [m]; None for uniform density
     friction: Fraction | None = None  # Coulomb coefficient; None to use that of the scenario
     kind: str | None = None  # of the catalogue; None for one with this size and mass
@@ -211,6 +212,8 @@ def _written_on_studs(box: ImportedBox) -> dict[str, Plain]:
 def _form(box: ImportedBox) -> dict[str, Plain]:
     if box.corners is None:
         return {"size": _lengths(box.size)}
+    if box.parts is not None:
+        return {"parts": [{"points": [_lengths(corner) for corner in part]} for part in box.parts]}
     return {"points": [_lengths(corner) for corner in box.corners]}
 
 

@@ -1,4 +1,4 @@
-"""Reads convex solids from OBJ files and COMPAS assemblies.
+"""Reads solids from OBJ files and COMPAS assemblies.
 
 Neither format states the unit of length, and neither gives masses, so the author does.
 """
@@ -10,8 +10,10 @@ from fractions import Fraction
 from itertools import product
 from typing import Final
 
+from stability.geometry.compound import Compound
 from stability.geometry.convex_solid import NotASolidError
-from stability.geometry.vectors import subtract
+from stability.geometry.placed_shape import corners_W
+from stability.geometry.vectors import add, subtract
 from stackdsl.diagnostics import Span
 from stackdsl.importers.load import Exact3, ImportedBox, ImportedLoad, LoadReading
 from stackdsl.importers.text_positions import IN_METRES, JsonText, Node, Numeral, UnitReader, json_text
@@ -60,15 +62,22 @@ def solid_brick(
     density: Fraction = Fraction(1),
     mass: Fraction | None = None,
     centre_of_mass: Exact3 | None = None,
+    *,
+    only_convex: bool = False,
 ) -> ImportedBox | None:
-    """Return the brick of a mesh; report and return None unless the mesh is a convex solid.
+    """Return the brick of a mesh, in convex parts if it is not convex; report and return None unless it is a solid.
+
+    With `only_convex` a solid that is not convex is a mistake, where the engine of a format replaces it by its hull.
 
     `mass` [kg] replaces the density [kg/m3]. The centre of mass defaults to that of a uniform solid.
     """
+    from stability.geometry.convex_parts import body_of_mesh  # noqa: PLC0415 -- boxes do not need scipy
     from stability.geometry.solid_making import solid_of_mesh  # noqa: PLC0415 -- boxes do not need scipy
 
+    make = solid_of_mesh if only_convex else body_of_mesh
+
     try:
-        solid = solid_of_mesh([_floats(corner) for corner in mesh.corners], mesh.faces)
+        solid = make([_floats(corner) for corner in mesh.corners], mesh.faces)
     except NotASolidError as error:
         hint = f"{error.hint}; or, to ignore it, write `ignore: ['{mesh.name}']`"
         reading.wrong(mesh.span, f"'{mesh.name}': {error.message}", hint)
@@ -80,13 +89,22 @@ def solid_brick(
     corners = None
     if set(used) != set(product(*zip(lows, highs, strict=True))):  # else it is an upright box, which may settle
         corners = tuple(_relative(corner, centre) for corner in used)
+    parts = None
+    if isinstance(solid.shape, Compound):
+        parts = tuple(
+            tuple(
+                _relative(_exact3([*map(Fraction, add(solid.centre_of_mass, corner))]), centre)
+                for corner in corners_W(part.shape, part.place)
+            )
+            for part in solid.shape.parts
+        )
     if mass is None:
         mass = density * Fraction(solid.shape.volume)
     offset = None
     if centre_of_mass is not None:
         distances = map(abs, subtract(solid.centre_of_mass, _floats(centre_of_mass)))
         offset = _relative(centre_of_mass, centre) if max(distances) > EVEN * max(size) else None
-    return ImportedBox(mesh.name, size, centre, mass, mesh.span, corners=corners, centre_of_mass=offset)
+    return ImportedBox(mesh.name, size, centre, mass, mesh.span, corners=corners, parts=parts, centre_of_mass=offset)
 
 
 def merged(corners: Sequence[Exact3], faces: Sequence[Sequence[int]]) -> tuple[list[Exact3], list[tuple[int, ...]]]:

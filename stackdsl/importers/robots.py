@@ -152,7 +152,7 @@ def _solid(
     corners = [_exact(corner) for corner in centre + turn.apply(np.array(body.corners))]
     places, faces = merged(corners, body.faces)
     mesh = ImportedMesh(body.name, places, faces, body.span)
-    return solid_brick(reading, mesh, mass=body.mass, centre_of_mass=_exact(centre_of_mass))
+    return solid_brick(reading, mesh, mass=body.mass, centre_of_mass=_exact(centre_of_mass), only_convex=True)
 
 
 def _exact(parts: Sequence[float] | NDArray[np.float64]) -> Exact3:

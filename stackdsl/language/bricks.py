@@ -20,7 +20,7 @@ from pydantic import (
 )
 
 from stability.geometry.box import MIDDLE, Box, OffCentreBox
-from stability.geometry.compound import MOST_PARTS
+from stability.geometry.compound import MOST_PARTS, Compound
 from stability.geometry.convex_solid import NotASolidError
 from stability.geometry.round_solid import RoundSolid, cylinder, frustum, pipe, sphere
 from stability.geometry.vectors import SHORTEST, rotate, scale, subtract
@@ -47,8 +47,10 @@ from stackdsl.supervising.worker import Task, TaskStatus, memory_limited
 from stackdsl.wording import mm
 
 if TYPE_CHECKING:
+    from stability.geometry.compound_making import FramedCompound
     from stability.geometry.solid_making import FramedSolid
 
+    Framed: TypeAlias = FramedSolid | FramedCompound
 
 # Catalogue of bricks.
 
@@ -194,11 +196,11 @@ def box_form(size: Vec3, centre_of_mass: Vec3 | None = None) -> Form:
 
 @lru_cache(maxsize=KEPT)
 def prism_form(outline: Outline, depth: float, centre_of_mass: Vec3 | None = None) -> Form:
-    """Return the form of a prism. Raises InputError."""
-    from stability.geometry.solid_making import prism  # noqa: PLC0415 -- boxes do not need scipy
+    """Return the form of a prism, in parts if its outline is not convex. Raises InputError."""
+    from stability.geometry.convex_parts import bent_prism  # noqa: PLC0415 -- boxes do not need scipy
 
     try:
-        made = prism(outline, depth, centre_of_mass)
+        made = bent_prism(outline, depth, centre_of_mass)
     except NotASolidError as error:
         raise InputError("SD104", error.message, error.hint) from error
     return _form(made.shape, made.centre_of_mass)
@@ -244,19 +246,19 @@ def compound_form(parts: tuple[tuple[ConvexShape, Pose], ...], centre_of_mass: V
 
 @lru_cache(maxsize=KEPT)
 def mesh_form(text: str, file: str, unit: str, centre_of_mass: Vec3 | None = None) -> Form:
-    """Return the form of the solid in the text of an OBJ file. Raises InputError."""
-    from stability.geometry.solid_making import solid_of_mesh  # noqa: PLC0415 -- boxes do not need scipy
+    """Return the form of the solid in the text of an OBJ file, in parts if it is not convex. Raises InputError."""
+    from stability.geometry.convex_parts import body_of_mesh  # noqa: PLC0415 -- boxes do not need scipy
 
     mesh = obj_mesh(text, file)
     try:
         points = tuple(scale(METRES[unit], point) for point in mesh.points)
-        made = _solid(solid_of_mesh, points, tuple(mesh.loops), centre_of_mass)
+        made = _solid(body_of_mesh, points, tuple(mesh.loops), centre_of_mass)
     except NotASolidError as error:
         raise InputError("SD104", f"{file}: {error.message}", error.hint) from error
     return _form(made.shape, made.centre_of_mass)
 
 
-def _solid(make: "Callable[..., FramedSolid]", points: tuple[Vec3, ...], *others: object) -> "FramedSolid":
+def _solid(make: "Callable[..., Framed]", points: tuple[Vec3, ...], *others: object) -> "Framed":
     """Return the solid that `make` makes of points. Raises NotASolidError.
 
     For many points `make` runs in a supervised process: the time of Qhull is quadratic for points on a circle, and
@@ -271,7 +273,7 @@ def _solid(make: "Callable[..., FramedSolid]", points: tuple[Vec3, ...], *others
 
 
 @lru_cache(maxsize=KEPT)
-def _made_apart(make: "Callable[..., FramedSolid]", *arguments: object) -> "FramedSolid | tuple[str, str, int | None]":
+def _made_apart(make: "Callable[..., Framed]", *arguments: object) -> "Framed | tuple[str, str, int | None]":
     result = supervised(Task(_solid_or_error, (make, *arguments), TIME_LIMIT))
     if result.status is TaskStatus.DONE:
         return result.value  # type: ignore[return-value]  # the type of `_solid_or_error`
@@ -279,9 +281,7 @@ def _made_apart(make: "Callable[..., FramedSolid]", *arguments: object) -> "Fram
     return f"computing the hull of the corners {problem}: {result.message}", "simplify the solid", None
 
 
-def _solid_or_error(
-    make: "Callable[..., FramedSolid]", *arguments: object
-) -> "FramedSolid | tuple[str, str, int | None]":
+def _solid_or_error(make: "Callable[..., Framed]", *arguments: object) -> "Framed | tuple[str, str, int | None]":
     """Make a solid, or return the message, hint and number of the error. Runs in the worker."""
     with memory_limited(MEMORY_LIMIT):
         try:
@@ -386,6 +386,9 @@ class PartOfBrick(ExactlyOneKey):
         """Return the shape of the part, and the place of its centre of mass in the frame of the brick."""
         form = _form_of({"size": self.size, "prism": self.prism, "points": self.points}, None, None)
         assert form is not None
+        if isinstance(form.shape, Compound):
+            advice = "divide it into convex parts"
+            raise InputError("SD104", "the outline of a part is not convex", advice)
         turn = about_axes(self.rotate)
         return form.shape, Pose(subtract(self.at, rotate(turn, form.origin)), turn)
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from stability.geometry.compound import Compound
 from stability.geometry.placed_shape import bounds_W
 from stability.geometry.vectors import subtract
 from stability.model import Vec3
@@ -147,7 +148,7 @@ def test_a_solid_is_remembered_by_what_its_file_holds(tmp_path: Path) -> None:
         ),
         (CUBE.replace("v 5 5 5", "v 5 five 5"), "cube.obj:7: 'five' is not a number"),
         (CUBE.replace("f 4 1 5 8", "f 4 1 5 9"), "cube.obj:14: corner 9 does not exist; 8 corners precede this face"),
-        (CUBE.replace("v 5 5 5", "v 3 3 3"), "cube.obj: the solid is not convex: corner 7 is inside its hull"),
+        (CUBE.replace("v 5 5 5", "v -9 3 3"), "cube.obj: the faces of the solid intersect each other"),
         ("", "cube.obj has no faces"),
     ],
 )
@@ -156,6 +157,27 @@ def test_a_file_that_holds_no_solid_is_told_with_its_line(tmp_path: Path, text: 
     (found,) = mistakes(tmp_path, "      - {name: c, at: [0, 0, 0], brick: {file: cube.obj, unit: cm, mass: 1 g}}\n")
     assert found.code == "SD104"
     assert cause in found.message
+
+
+def test_a_file_of_a_solid_that_is_not_convex_is_one_brick_of_convex_parts(tmp_path: Path) -> None:
+    # A step of two cubes of 5 cm, and one on top of the first.
+    outline = [(0, 0), (10, 0), (10, 5), (5, 5), (5, 10), (0, 10)]
+    corners = [f"v {x} {y} {z}" for y in (0, 5) for x, z in outline]
+    around = [f"f {n + 1} {n + 7} {(n + 1) % 6 + 7} {(n + 1) % 6 + 1}" for n in range(6)]
+    text = "\n".join([*corners, "f 1 2 3 4 5 6", "f 12 11 10 9 8 7", *around])
+    (tmp_path / "step.obj").write_text(text, encoding="utf-8")
+    brick = "{name: c, at: [0, 0, 0], brick: {file: step.obj, unit: cm, density: 1000 kg/m3}}"
+    step = placed(tmp_path, f"      - {brick}\n")["c"]
+    assert isinstance(step.brick.shape, Compound)
+    assert step.brick.mass == pytest.approx(3.0 * 0.05**3 * 1000.0)
+    assert step.pose.position_W == pytest.approx((0.125 / 3.0, 0.025, 0.125 / 3.0))
+    outline_too = "[[0 mm, 0 mm], [100 mm, 0 mm], [100 mm, 50 mm], [50 mm, 50 mm], [50 mm, 100 mm], [0 mm, 100 mm]]"
+    brick = (
+        f"{{name: c, at: [0, 0, 0], brick: {{prism: {{outline: {outline_too}, depth: 50 mm}}, density: 1000 kg/m3}}}}"
+    )
+    prism = placed(tmp_path, f"      - {brick}\n")["c"]
+    assert prism.brick.mass == pytest.approx(step.brick.mass)
+    assert sorted(prism.brick.shape.moments(1.0)) == pytest.approx(sorted(step.brick.shape.moments(1.0)))
 
 
 @pytest.mark.parametrize(
@@ -175,9 +197,9 @@ def test_a_file_that_holds_no_solid_is_told_with_its_line(tmp_path: Path, text: 
         ("{size: [1 cm, 1 cm, 1 cm]}", "SD108", "exactly one of the keys density, mass"),
         ("{size: [1 cm, 1 cm, 1 cm], centre_of_mass: [6 mm, 0, 0], mass: 1 g}", "SD104", "outside the box"),
         (
-            "{prism: {outline: [[0, 0], [1 cm, 0], [2 mm, 2 mm], [0, 1 cm]], depth: 1 cm}, mass: 1 g}",
+            "{prism: {outline: [[0, 0], [2 cm, 0], [0, 2 cm], [2 cm, 2 cm], [1 cm, 3 cm]], depth: 1 cm}, mass: 1 g}",
             "SD104",
-            "corner 3",
+            "crosses itself",
         ),
         ("{points: [[0, 0, 0], [1 cm, 0, 0], [0, 1 cm, 0], [1 cm, 1 cm, 0]], mass: 1 g}", "SD104", "in one plane"),
         ("{points: [[0, 0, 0], [1 cm, 0, 0], [0, 1 cm, 0]], mass: 1 g}", "SD104", "3 items; the minimum is 4"),

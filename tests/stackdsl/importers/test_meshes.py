@@ -118,17 +118,18 @@ def test_a_corner_without_a_coordinate_has_the_usual_one() -> None:
     assert [box.corners for box in without.boxes] == [box.corners for box in with_all.boxes]
 
 
-def test_a_block_that_is_not_convex_is_told_with_what_it_lacks() -> None:
+def test_a_block_that_is_not_convex_has_convex_parts() -> None:
     def dent(graph: dict[str, Any]) -> None:
         block = graph["node"]["1"]["block"]["data"]
         block["vertex"]["2"] = {"x": 0.35, "y": 0.05, "z": 0.25}
         loops = [[0, 1, 2], [5, 4, 3], [1, 0, 3, 4], [2, 1, 4], [2, 4, 5], [0, 2, 5, 3]]
         block["face"] = {str(number): loop for number, loop in enumerate(loops)}
 
-    (found,) = mistakes(assembly(dent), SAID["compas"])
-    assert found.code == "SD114"
-    assert found.message.startswith("'block-1': the solid is not convex")
-    assert found.span.line > 1
+    whole, block = read(assembly(dent), SAID["compas"]).boxes
+    assert whole.parts is None
+    assert block.parts is not None
+    assert len(block.parts) > 1
+    assert block.mass < read(assembly(lambda _: None), SAID["compas"]).boxes[1].mass
 
 
 def drum(sides: int, turn: float, digits: int) -> str:
