@@ -56,7 +56,7 @@ def density_of(reading: LoadReading, options: Import) -> Fraction:
     return Fraction(repr(options.density or 1.0))
 
 
-def solid_brick(
+def solid_brick(  # noqa: PLR0913 -- the data of formats
     reading: LoadReading,
     mesh: ImportedMesh,
     density: Fraction = Fraction(1),
