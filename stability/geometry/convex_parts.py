@@ -21,6 +21,7 @@ from stability.geometry.rows import Array
 from stability.geometry.solid_making import (
     FramedSolid,
     NotConvexError,
+    admit_closed,
     integrals,
     prism,
     solid_of_corners,
@@ -72,8 +73,10 @@ def body_of_mesh(
     try:
         return solid_of_mesh(points, loops, centre_of_mass)
     except NotASolidError as error:
-        if not isinstance(error, NotConvexError) and not _is_dented(points, loops):
-            raise
+        if not isinstance(error, NotConvexError):
+            admit_closed(loops)
+            if not _is_dented(points, loops):
+                raise
         parts = convex_parts(points, loops)
         extent = max(max(along) - min(along) for along in zip(*chain(*parts), strict=True))
         return compound([_part(corners, extent) for corners in parts], centre_of_mass, SLOPPY[-1] * extent)

@@ -347,7 +347,7 @@ def solid_of_mesh(
     points = _admitted(points, 3, "corners", "x, y and z in metres")
     loops = _admitted_loops(loops, len(points))
     _admit_centre(centre_of_mass)
-    _admit_closed(loops)
+    admit_closed(loops)
     used = sorted({corner for loop in loops for corner in loop})
     extent = float(np.ptp(np.array([points[n] for n in used]), axis=0).max())
     volume = integrals(points, loops).volume
@@ -371,7 +371,8 @@ def solid_of_mesh(
     return _made(corners, hull_loops, centre_of_mass)
 
 
-def _admit_closed(loops: Sequence[Sequence[int]]) -> None:
+def admit_closed(loops: Sequence[Sequence[int]]) -> None:
+    """Raise NotASolidError unless each edge belongs to two faces that traverse it in opposite directions."""
     if len(loops) < 4:  # noqa: PLR2004 -- a tetrahedron has four
         raise NotASolidError(f"{len(loops)} faces enclose no volume", "write at least four faces")
     face_of_edge: dict[tuple[int, int], int] = {}
