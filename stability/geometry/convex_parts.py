@@ -131,7 +131,7 @@ def _is_dented(points: Sequence[Vec3], loops: Sequence[Sequence[int]]) -> bool:
         hull = ConvexHull(np.array(points)[sorted({corner for loop in loops for corner in loop})])
     except QhullError:
         return False
-    return 0.0 < integrals(points, loops).volume < (1.0 - DENTED) * hull.volume
+    return 0.0 < integrals(points, loops).volume < (1.0 - DENTED) * float(hull.volume)
 
 
 def _part(corners: Sequence[Vec3], extent: float) -> tuple[ConvexShape, Pose]:

@@ -20,6 +20,7 @@ from stackdsl.cli.terminal import Counter, counted, tell, write
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.disk import read_file
 from stackdsl.exits import ExitCode
+from stackdsl.importers.closing import ClosedLoad, OpenJointError, closed_lines, with_closed_joints
 from stackdsl.importers.expansion import path_beside
 from stackdsl.importers.formats import MAX_IMPORTED, scenario_text, slug
 from stackdsl.importers.imported_friction import missing_rule
@@ -79,7 +80,7 @@ _LENGTHS, _MASSES = (
     "--settle",
     default="as written",
     show_default=True,
-    help="How to lower boxes: as written, down, or within a gap such as 'within 5 mm'.",
+    help="How to close gaps: as written, down, within a gap such as 'within 5 mm', or 'closed within 5 mm'.",
 )
 @click.option(
     "--point", type=click.Choice(("corner", "centre")), help="Point of a box that x, y, z of a table refer to."
@@ -145,9 +146,12 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     try:
         with counted(100, f"importing {shown}: percent") as known:
             read = load_supervised(data, shown, asked, beside, lambda: known(0))
-            found = _settled(_with_rule(read, Rule(rule) if rule else None), asked, _share(known, READ, SETTLED))
+            ruled = _with_rule(read, Rule(rule) if rule else None)
+            closed = _closed(ruled, asked)
+            found = _settled(ruled if closed is None else closed.load, asked, _share(known, READ, SETTLED))
             is_assumed = context.get_parameter_source("friction") is ParameterSource.DEFAULT
             notes = [*_notes(shown, asked, found, friction if is_assumed else None), *_warnings(found, asked)]
+            notes += () if closed is None else closed_lines(closed)
             called = slug(name or "-".join(filter(None, [file.name.split(".")[0], load])))
             text = scenario_text(called, notes, found.load, friction, _share(known, SETTLED, WRITTEN))
             mistakes = faults(text, f"{called}.yaml", found.load, asked)
@@ -273,6 +277,16 @@ def _settled(load: ImportedLoad, asked: Import, on_share: Callable[[float], None
         message, hint = "a tilted box or a solid cannot be lowered", "use `as written`, or straighten the box"
         raise UnreadableLoadError([Diagnostic("SD115", odd.span, message, hint)])
     return settled(load, asked.settle, on_share)
+
+
+def _closed(load: ImportedLoad, asked: Import) -> ClosedLoad | None:
+    """Return the load with closed joints, if the author wants that. Raises UnreadableLoadError."""
+    if asked.settle.closed is None:
+        return None
+    try:
+        return with_closed_joints(load, asked.settle.closed)
+    except OpenJointError as error:
+        raise UnreadableLoadError([Diagnostic("SD115", error.box.span, error.message, error.hint)]) from error
 
 
 def _notes(file: str, asked: Import, found: SettledLoad, assumed: float | None) -> list[str]:

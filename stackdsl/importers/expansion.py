@@ -7,9 +7,10 @@ from typing import Final
 from pydantic import ValidationError
 
 from stackdsl.diagnostics import Diagnostic, Span, reading_order
+from stackdsl.importers.closing import OpenJointError, with_closed_joints
 from stackdsl.importers.formats import MAX_IMPORTED
 from stackdsl.importers.imported_friction import conflict
-from stackdsl.importers.load import UnreadableLoadError, written_box
+from stackdsl.importers.load import ImportedLoad, UnreadableLoadError, written_box
 from stackdsl.importers.load_warnings import load_warnings
 from stackdsl.importers.overhang import permitted_area
 from stackdsl.importers.settling import SettledLoad, first_unsettleable, settled
@@ -161,9 +162,20 @@ def _imported(
                 "SD115", unfit.span, "`settle` can move upright boxes only, but this body is inclined or a solid", hint
             )
         )
+    load = _with_closed_joints(load, options)
     if (mistake := conflict(load, options, source, span)) is not None:
         raise _InvalidImportError(mistake)
     return settled(load, options.settle), file, options
+
+
+def _with_closed_joints(load: ImportedLoad, options: Import) -> ImportedLoad:
+    """Return the load, with closed joints if the author wants that. Raises _InvalidImportError."""
+    if options.settle.closed is None:
+        return load
+    try:
+        return with_closed_joints(load, options.settle.closed).load
+    except OpenJointError as error:
+        raise _InvalidImportError(Diagnostic("SD115", error.box.span, error.message, error.hint)) from error
 
 
 def path_beside(name: str, file: str) -> str:

@@ -28,7 +28,7 @@ OF_FORMATS: Final[Mapping[str, tuple[Format, ...]]] = {
     "library": ("stablelego", "apex-mr"),
 }
 
-_ADVICE: Final = "write `as written`, `down`, or a largest gap such as `within 5 mm`"
+_ADVICE: Final = "write `as written`, `down`, or a largest gap such as `within 5 mm` or `closed within 5 mm`"
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,22 +37,23 @@ class Settle:
 
     lowered: bool = False  # each box moves down until it touches
     within: Fraction | None = None  # gaps up to this count as contact [m]
+    closed: Fraction | None = None  # gaps up to this between bodies of any shape are closed by moving them [m]
 
 
 def parse_settle(written: object) -> Settle:
-    """Read `as written`, `down`, or `within 5 mm`."""
+    """Read `as written`, `down`, `within 5 mm` or `closed within 5 mm`."""
     words = " ".join(written.split()) if isinstance(written, str) else ""
     if words in {"as written", "down"}:
         return Settle(lowered=words == "down")
-    if (match := re.fullmatch(r"within (.+)", words)) is None:
+    if (match := re.fullmatch(r"(closed )?within (.+)", words)) is None:
         raise InputError("SD104", f"{shown(written)} is not a value of `settle`", _ADVICE)
-    gap = exact_quantity(match[1], EXTENT)
+    gap = exact_quantity(match[2], EXTENT)
     if not 0 < gap <= 1:
-        raise InputError("SD104", f"a gap of {match[1]} is out of range", "write a gap greater than zero, at most 1 m")
-    return Settle(within=gap)
+        raise InputError("SD104", f"a gap of {match[2]} is out of range", "write a gap greater than zero, at most 1 m")
+    return Settle(closed=gap) if match[1] else Settle(within=gap)
 
 
-_SETTLE: Final = rf"as written|down|within\s+{quantity_pattern(EXTENT)}"
+_SETTLE: Final = rf"as written|down|(?:closed\s+)?within\s+{quantity_pattern(EXTENT)}"
 
 
 class DefaultUnits(AtLeastOneKey):
@@ -119,7 +120,11 @@ class Import(AuthorModel):
     load: str | None = Field(None, description="number of the pallet or order, in a file with several loads")
     settle: Annotated[
         Settle, Reads(parse_settle, text_schema(_SETTLE, "treatment of gaps below boxes", "within 5 mm"))
-    ] = default("as written", "treatment of gaps below boxes: kept, closed by moving boxes down, or counted as contact")
+    ] = default(
+        "as written",
+        "treatment of gaps: kept, closed below boxes by moving them down, counted as contact below boxes, "
+        "or closed between stones of any shape by the least moves",
+    )
     point: Literal["corner", "centre"] | None = Field(
         None,
         description="reference point of the coordinates x, y, z of a box in a table: its lower corner or its centre",
