@@ -137,12 +137,12 @@ def _joints(stones: Sequence[_Stone], within: float) -> Iterator[_Joint]:
     for number, stone in enumerate(stones):
         yield from _on_ground(number, stone, within)
         low, high = (tuple(corner.tolist()) for corner in (stone.corners.min(axis=0), stone.corners.max(axis=0)))
-        for other in near.around(low, high, within):  # type: ignore[arg-type]  # three coordinates
+        for other in near.around(low, high, within):
             for face, facing in product(stone.faces, stones[other].faces):
                 points = _common(face, facing, within)
                 if points is not None:
                     yield _Joint(other, facing.mean(axis=0), _normal(facing), number, points)
-        near.add(number, low, high)  # type: ignore[arg-type]
+        near.add(number, low, high)
 
 
 def _on_ground(number: int, stone: _Stone, within: float) -> Iterator[_Joint]:
