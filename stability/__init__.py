@@ -16,6 +16,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # for type checkers; at run time `__getattr__` loads the same names
+    from stability.analysis.load_bounds import loads_between, loads_on
     from stability.analysis.load_factor import load_factor
     from stability.analysis.margins import margins
     from stability.analysis.uniqueness import outcome
@@ -60,6 +61,8 @@ __all__ = [
     "bricks_of",
     "forces_of",
     "load_factor",
+    "loads_between",
+    "loads_on",
     "margins",
     "outcome",
     "pose_of",
@@ -84,6 +87,8 @@ _HOMES = {
     "Load": "stability.loads",
     "Loads": "stability.loads",
     "load_factor": "stability.analysis.load_factor",
+    "loads_between": "stability.analysis.load_bounds",
+    "loads_on": "stability.analysis.load_bounds",
     "Box": "stability.geometry.box",
     "Brick": "stability.model",
     "OffCentreBox": "stability.geometry.box",

@@ -1,7 +1,7 @@
 """Conic programs, and the solver that computes points for them. The solver's status is used only as a note."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, TypeAlias
 
@@ -91,6 +91,25 @@ class QuickSeries:
             self._solver = _made_ready(program, self._accuracy, refined=False)
         else:
             self._solver.update(A=program.matrix)
+        return _point(self._solver.solve())
+
+
+class OffsetSeries:
+    """Solver of programs that differ only in their offsets. Only the first one needs a set-up."""
+
+    def __init__(self, program: ConicProgram, accuracy: float) -> None:
+        """Store the program, with any offset, and the `accuracy` that is requested for all."""
+        self.program = program
+        self._accuracy = accuracy
+        self._solver: Any = None
+
+    def solve(self, offset: Array) -> SolverPoint:
+        """Return the point of the program with another offset."""
+        count_work(self.program)
+        if self._solver is None:
+            self._solver = _made_ready(replace(self.program, offset=offset), self._accuracy, refined=False)
+        else:
+            self._solver.update(b=offset)
         return _point(self._solver.solve())
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stability.geometry.rows import Array, Indices
-from stability.statics.conic_program import ConicProgram, Matrix, Solver, solve
+from stability.statics.conic_program import ConicProgram, Matrix, Solver, SolverPoint, solve
 from stability.statics.wrench_matrix import WrenchMatrix
 
 
@@ -48,11 +48,19 @@ def central_forces(system: WrenchMatrix, loads: Array, accuracy: float, solver: 
 
     No cost pulls them to a border, so rounding errors can be corrected within the limits.
     """
+    point = least_forces(system, loads, np.zeros(len(system.rows)), accuracy, solver)
+    return point if isinstance(point, str) else point.x
+
+
+def least_forces(system: WrenchMatrix, loads: Array, cost: Array, accuracy: float, solver: Solver) -> SolverPoint | str:
+    """Return forces of least cost (rows,) that balance loads, and first in the dual the motion that proves the least.
+
+    Without a point, returns the reason.
+    """
     cones, shares, sizes, positive = _limits(system)
     offset = np.concatenate([-loads, shares])
-    program = _program(np.zeros(cones.shape[1]), [[system.matrix.T], [-cones]], offset, sizes, positive)
-    point = solve(program, accuracy, solver)
-    return point if isinstance(point, str) else point.x
+    program = _program(cost, [[system.matrix.T], [-cones]], offset, sizes, positive)
+    return solve(program, accuracy, solver)
 
 
 def _program(

@@ -250,6 +250,32 @@ def contact_shortfall(contact: Contact, points: Array, problem: Problem, motion:
     return np.asarray(contact.law.shortfall(opening, _size(slip - np.outer(opening, normal)))), speed
 
 
+def greatest_sum(problem: Problem, weights: Array, motion: Motion, known: ProofCones | None = None) -> float:
+    """Return an upper bound, proven by a motion, of a sum of weighted normal forces that balance a problem [N].
+
+    `weights` (n,) are those of the forces by contact, point and normal. Balanced forces take as much power from any
+    motion as the loads give. So the sum is at most the power that lifts the loads, and what forces can gain where the
+    contacts open more slowly than their weights. Returns inf for a motion that proves no bound.
+    """
+    names = sorted(problem.bricks)
+    cones, velocity = known or proof_cones(problem), _velocity(names, motion)
+    if cones is None or velocity is None or weights.shape != (len(cones.normals),) or not np.isfinite(weights).all():
+        return inf
+    (opening, sliding), _ = _slips(cones, velocity)
+    gained = float(cones.laws.support(opening - weights, sliding, inf).sum())
+    bound = gained - float((_wrenches(names, problem.loads) * velocity[:-1]).sum())
+    return bound if isfinite(bound) else inf
+
+
+def shortfalls(cones: ProofCones, weights: Array, motion: Motion) -> Array:
+    """Return by cone how much a motion opens it more slowly than a bound of `greatest_sum` requires [m/s]."""
+    velocity = _velocity(cones.names, motion)
+    if velocity is None:
+        return np.full(len(weights), inf)
+    (opening, sliding), _ = _slips(cones, velocity)
+    return cones.laws.shortfall(opening - weights, sliding)
+
+
 def power_of_joints(problem: Problem, motion: Motion) -> tuple[float, ...]:
     """Return by contact the greatest power that its bounded forces take from a motion [W]; NaN if it is invalid."""
     names = sorted(problem.bricks)
