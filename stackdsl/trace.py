@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import atan2, degrees, dist, hypot, inf
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 from stability.analysis.weakest import Apart, Weakest
 from stability.engines.protocol import WrongFriction
@@ -17,6 +17,30 @@ from stackdsl.timeline import AccelerationTest, Action, FixedWorld, Removal
 from stackdsl.wording import broke_text, how_many, level_text, mm
 
 # Margins of a proof.
+
+
+ALL_LOADS: Final = "load on all bricks"
+
+
+def load_on(lower: BodyId, upper: BodyId = "") -> str:
+    """Return the name of the margin that is the load on a body, or the part of it by one brick."""
+    return f"load on {lower} by {upper}" if upper else f"load on {lower}"
+
+
+def is_load(margin: str) -> bool:
+    """Return whether a margin is a load on bodies."""
+    return margin.startswith("load on ")
+
+
+@dataclass(frozen=True, slots=True)
+class CarriedRange:
+    """Proven range of the normal force on a body."""
+
+    lower: BodyId
+    upper: BodyId  # the brick that lies on it; "" for all that do
+    least: float  # [N]
+    greatest: float  # [N]; inf if none is proven
+    area: float  # of the contacts of faces [m2]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +62,7 @@ class VerdictMargins:
     load_factor: float | None = None  # multiple of its own weight, or of its loads, that it bears; inf for any
     loaded: bool = False  # whether `load_factor` is that of the loads, beside the weight
     yields: str = ""  # what gives way first above that load factor; empty if nothing does
+    carried: tuple[CarriedRange, ...] = ()  # the requested loads on bodies
 
 
 @dataclass(frozen=True, slots=True)

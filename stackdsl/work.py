@@ -26,7 +26,7 @@ LANDING: Final = 8.0  # a brick in the proof that a dropped brick stops where it
 STEP, STEP_BARE = 20, 1  # units of a step without moving bricks; most of it is the interface to the engine
 AHEAD: Final = 1.0  # [s] least time for which motion is assumed to go on: a fall is followed for so long
 # Bricks in the linear program of one margin; its time grows with their square to third power.
-MOST_BRICKS: Final = {"placement": 200, "acceleration": 600, "tilt": 600}
+MOST_BRICKS: Final = {"placement": 200, "acceleration": 600, "tilt": 600, "load on all bricks": 200}
 # Points in it at which bricks may touch: four per pair of boxes, with two or three pairs per brick in a wall and n in a
 # lattice of n levels of n bars. Its matrices have rows for each point.
 MOST_POINTS: Final = {"placement": 5600, "acceleration": 5000, "tilt": 5000}

@@ -22,6 +22,7 @@ from stackdsl.language.quantities import DURATION
 from stackdsl.language.schema import Scenario
 from stackdsl.language.yaml.source import KeyPath, Source
 from stackdsl.timeline import JointChange, JointsAction
+from stackdsl.trace import is_load
 from stackdsl.wording import mm, time_text
 
 SYSTEM: Final = "exact"  # the only system that plays joints
@@ -354,7 +355,7 @@ def _unjudged_claims(scenario: Scenario, source: Source) -> Iterator[Diagnostic]
                 message = f"the margin `{others[0]}` is not computed for brittle joints"
                 hint = "claim the margin `load_factor`, or remove `brittle`"
                 yield Diagnostic("SD211", span, message, hint)
-            elif others := sorted(needed - MARGINS):
+            elif others := sorted(margin for margin in needed - MARGINS if not is_load(margin)):
                 message = f"the margin `{others[0]}` is not computed for bricks with joints"
                 yield Diagnostic(
                     "SD211",

@@ -22,6 +22,7 @@ from stackdsl.language.schema import Scenario
 from stackdsl.language.value_types import named_in
 from stackdsl.language.yaml.source import KeyPath, Source
 from stackdsl.timeline import LoadsAction
+from stackdsl.trace import is_load
 from stackdsl.wording import mm
 
 SYSTEM: Final = "exact"  # the only system that judges loads
@@ -244,7 +245,7 @@ def _claimed(built: ResolvedScenario, scenario: Scenario, source: Source) -> Ite
         yield Diagnostic("SD211", source.key_span_of(("loads",)), message, hint)
     for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
-            others = sorted({*claim.content.needed_margins} - MARGINS)
+            others = sorted(margin for margin in {*claim.content.needed_margins} - MARGINS if not is_load(margin))
             if others:
                 message = f"the margin `{others[0]}` is not computed for bricks under loads"
                 span = source.key_span_of((key, number, claim.kind))

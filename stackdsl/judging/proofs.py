@@ -6,6 +6,7 @@ from math import cos, inf
 
 from stability.analysis.acceleration_margin import acceleration, tilt
 from stability.analysis.bearings import Survived, by_bearing
+from stability.analysis.load_bounds import loads_between, loads_on
 from stability.analysis.load_factor import LoadFactor, load_factor
 from stability.analysis.margins import least_friction
 from stability.analysis.piling import Piling
@@ -38,7 +39,7 @@ from stackdsl.timeline import (
     Timeline,
     leaves_to_engine,
 )
-from stackdsl.trace import Trace, VerdictMargins
+from stackdsl.trace import ALL_LOADS, CarriedRange, Trace, VerdictMargins, load_on
 from stackdsl.wording import how_many
 
 # Timeline -> proofs: a verdict after each placement, without an engine.
@@ -247,6 +248,7 @@ def margins_of_assembly(
     if "load_factor" in requested or ((problem.has_joints or problem.applied) and requested):
         on_stage("load factor")
         margins = _loaded(problem)
+    margins = replace(margins, carried=_carried(problem, requested, on_stage))
     if {"acceleration", "tilt"}.intersection(requested) and not problem.is_brittle:
         on_stage("margin of acceleration and tilt")
         margins = _shaken(problem, assembly.gravity, margins)
@@ -276,6 +278,23 @@ def _has_margins(assembly: Assembly) -> bool:
     """Return whether margins are computed: inner polygons of round contacts would give lower bounds only."""
     stands = bool(assembly.bricks) and assembly.verdict().stability is Stability.STABLE
     return stands and not assembly.problem().is_round
+
+
+def _carried(problem: Problem, requested: Collection[str], on_stage: Callable[[str], None]) -> tuple[CarriedRange, ...]:
+    """Return the requested loads on bodies, by name."""
+    bodies = {contact.lower for contact in problem.contacts} | problem.bricks.keys()
+    everywhere = problem.bricks.keys() if ALL_LOADS in requested else ()
+    wanted = sorted(name for name in bodies if name in everywhere or load_on(name) in requested)
+    pairs = sorted({(contact.lower, contact.upper) for contact in problem.contacts})
+    between = [pair for pair in pairs if load_on(*pair) in requested]
+    if wanted or between:
+        on_stage("loads on bricks")
+    found = (loads_on(problem, wanted) if wanted else None) or {}
+    parts = (loads_between(problem, between) if between else None) or {}
+    ranges = [*(((name, ""), each) for name, each in found.items()), *parts.items()]
+    return tuple(
+        CarriedRange(lower, upper, each.least.force, each.greatest.force, each.area) for (lower, upper), each in ranges
+    )
 
 
 def weakest_of(assembly: Assembly) -> Weakest | None:

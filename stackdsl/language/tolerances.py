@@ -61,6 +61,11 @@ class Tolerance:
         return floor(self.low) + 1.0 if self.low_open else float(ceil(self.low))
 
 
+@dataclass(frozen=True, slots=True)
+class MassTolerance(Tolerance):
+    """A tolerance of a weight that is written as a mass [kg]."""
+
+
 _ONE_SIDED = re.compile(r"(>=|<=|[<>≥≤])\s*(.+)")
 _AROUND = re.compile(r"(.+?)\s*(?:±|\+/?-)\s*(.+)")
 _APPROXIMATE = ("~", "≈")

@@ -39,7 +39,7 @@ from stackdsl.language.quantities import (
     quantity_pattern,
     shown,
 )
-from stackdsl.language.tolerances import Tolerance, parse_lower_bound, parse_share, parse_tolerance
+from stackdsl.language.tolerances import MassTolerance, Tolerance, parse_lower_bound, parse_share, parse_tolerance
 from stackdsl.language.yaml.source import KeyPath
 
 # References to bricks in claims and impacts: values whose type carries a `NamesBody` marker.
@@ -207,6 +207,36 @@ FrictionTolerance = Annotated[Tolerance, _tolerance(COEFFICIENT, "<= 0.2")]
 ShareOfSamples = Annotated[Tolerance, _tolerance(SHARE, ">= 95 %", parse_share, alone=True)]
 Confidence = Annotated[float, quantity(replace(SHARE, least=0.5, most=0.999999))]
 ShareTolerance = Annotated[Tolerance, _tolerance(SHARE, "0.25 ± 0.02")]
+PressureTolerance = Annotated[
+    Tolerance, _tolerance(replace(STRENGTH, noun="a pressure", example="20 kPa"), "<= 20 kPa")
+]
+
+
+def _read_weight_tolerance(written: object) -> Tolerance:
+    """Read a tolerance of a weight: of a mass [kg], or of a force [N]."""
+    if isinstance(written, str) and re.search(r"[0-9.\s]k?g\s*$", written):
+        found = parse_tolerance(written, replace(MASS, positive=False))
+        return MassTolerance(found.low, found.high, found.low_open, found.high_open, found.text)
+    try:
+        return parse_tolerance(written, FORCE)
+    except InputError as error:
+        message = error.message.replace("a force", "a weight")
+        hint = error.hint.replace("choose from: ", "choose from: kg, g, ").replace("2 N", "20 kg")
+        raise InputError(error.code, message, hint) from error
+
+
+_WEIGHT: Final = rf"(?:{quantity_pattern(MASS)}|{quantity_pattern(FORCE)}|{SIGNED})"
+WeightTolerance = Annotated[
+    Tolerance,
+    Reads(
+        _read_weight_tolerance,
+        text_schema(
+            rf"(?:[<>]=?|[≤≥])\s*{_WEIGHT}|{_WEIGHT}\s*(?:±|\+/?-|\.\.)\s*{_WEIGHT}",
+            "a weight within a tolerance, as a mass or a force",
+            "<= 20 kg",
+        ),
+    ),
+]
 
 
 # --- which gaps count as contact --------------------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 """Claims about the outcome of a run, one module for each kind. Importing this package registers all of them."""
 
+from stackdsl.language.claims import carried as carried
 from stackdsl.language.claims import collapses as collapses
 from stackdsl.language.claims import displaced as displaced
 from stackdsl.language.claims import drift as drift

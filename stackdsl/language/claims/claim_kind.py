@@ -162,6 +162,8 @@ CLAIMS: Final = Kinds[KindOfClaim](
     "verdict",
     "margin",
     "protocol",
+    "load",
+    "pressure",
     "sway",
     "penetration",
 )

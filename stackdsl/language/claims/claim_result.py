@@ -22,7 +22,7 @@ from stackdsl.trace import (
 from stackdsl.wording import MILLIMETRES, significant
 
 PERCENT = 100.0
-SHOWN_PER_SI = {"mm": MILLIMETRES, "deg": degrees(1.0), "%": PERCENT}  # by the unit of a margin
+SHOWN_PER_SI = {"mm": MILLIMETRES, "deg": degrees(1.0), "%": PERCENT, "kPa": 1e-3}  # by the unit of a margin
 
 
 @dataclass(frozen=True, slots=True)

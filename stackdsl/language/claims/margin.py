@@ -56,7 +56,7 @@ class Margin(AtLeastOneKey, ClaimKind):
         lost = [name for name, track in bricks if track.state is BrickState.FALLEN or not track.frozen]
         if lost:
             unit = UNITS[next(iter(self.written_keys))]
-            return ClaimResult(_no_margin(lost, bricks, trace), -inf, unit, passed=False)
+            return ClaimResult(unproven_text("no margin", lost, bricks, trace), -inf, unit, passed=False)
         return self.compared(trace.margins)
 
     def compared(self, margins: VerdictMargins) -> ClaimResult:
@@ -68,8 +68,10 @@ class Margin(AtLeastOneKey, ClaimKind):
         return replace(result, measured=f"{result.measured}, {aided_text(apart)}")
 
 
-def _no_margin(lost: Sequence[BodyId], bricks: Collection[tuple[BodyId, BrickTrack]], trace: Trace) -> str:
-    """Return why a structure has no margin, of which some bricks are lost."""
+def unproven_text(
+    what_is_missing: str, lost: Sequence[BodyId], bricks: Collection[tuple[BodyId, BrickTrack]], trace: Trace
+) -> str:
+    """Return why nothing is proven of a structure of which some bricks are lost."""
     absent = [name for name in lost if trace.tracks[name].state is BrickState.UNPLACED]
     there = [name for name in lost if name not in absent]
     states = {trace.tracks[name].state for name in there}
@@ -82,7 +84,7 @@ def _no_margin(lost: Sequence[BodyId], bricks: Collection[tuple[BodyId, BrickTra
     names = names_text(there, among=[name for name, _ in bricks])
     told = [f"{len(there)} of {len(bricks)} bricks {what}: {names}"] if there else []
     told += [never_placed_text(len(absent), 0 if there else len(bricks))] if absent else []
-    return f"no margin: {', and '.join(told)}"
+    return f"{what_is_missing}: {', and '.join(told)}"
 
 
 def _part(key: str, wanted: Tolerance, value: float | None) -> ClaimResult:
