@@ -223,11 +223,7 @@ class SumBounds:
 
     def _moved(self, columns: Array) -> Motion:
         """Return velocities from the columns, in the scale in which weights are speeds of 1 m/s."""
-        system = self._system
-        velocity = np.zeros(len(system.column_scale))
-        velocity[system.kept] = self._unit * columns
-        rows = (velocity / system.column_scale).reshape(-1, 6).tolist()
-        return Motion({name: (tuple(row[:3]), tuple(row[3:])) for name, row in zip(system.names, rows, strict=True)})
+        return self._system.unscaled_motion(self._unit * columns)
 
 
 def weighted_sum(problem: Problem, weights: Array, forces: Forces) -> float:

@@ -139,6 +139,13 @@ class WrenchMatrix:
         values = (by_brick / fastest).tolist()
         return Motion({self.names[i]: (tuple(values[i][:3]), tuple(values[i][3:])) for i in moving})
 
+    def unscaled_motion(self, columns: Array) -> Motion:
+        """Return velocities of all bricks from the columns, in SI and not relative to the fastest."""
+        velocity = np.zeros(len(self.column_scale))
+        velocity[self.kept] = columns
+        by_brick = zip(self.names, (velocity / self.column_scale).reshape(-1, 6).tolist(), strict=True)
+        return Motion({name: ((a, b, c), (d, e, f)) for name, (a, b, c, d, e, f) in by_brick})
+
     def columns_of(self, motion: Motion) -> Array:
         """Return velocities of bricks, in the units and order of the columns."""
         rows = [motion.velocity.get(name, (ZERO, ZERO)) for name in self.names]

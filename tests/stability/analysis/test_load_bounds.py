@@ -6,7 +6,6 @@ from math import inf, pi
 import numpy as np
 import pytest
 
-from stability.analysis import load_bounds
 from stability.analysis.load_bounds import Bound, Carried, SumBounds, loads_between, loads_on
 from stability.geometry.box import Box
 from stability.geometry.vectors import about, rotate
@@ -15,7 +14,7 @@ from stability.loads import Load, Loads
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
 from stability.problem import Motion, Placed, Problem, Tolerances
 from stability.statics.assembly import Assembly
-from stability.statics.conic_program import SolverPoint
+from stability.statics.conic_program import OffsetSeries, SolverPoint
 from stability.statics.proof import check_forces, greatest_sum
 
 G = 9.81  # [m/s2]
@@ -151,7 +150,7 @@ def test_turned_mirrored_and_larger_structures_carry_alike() -> None:
     turn = about(UPWARDS, 0.3 * pi)
     bricks = [
         Placed(
-            Brick(f"x{name}", Box(tuple(7.0 * side for side in p.brick.shape.size)), 2.0 * p.brick.mass),  # type: ignore[attr-defined,arg-type]
+            Brick(f"x{name}", Box(tuple(7.0 * side for side in p.brick.shape.size)), 2.0 * p.brick.mass),  # type: ignore[attr-defined]
             Pose(tuple(7.0 * part for part in rotate(turn, p.pose.position_W)), turn),  # type: ignore[arg-type]
         )
         for name, p in on_two_supports().bricks.items()
@@ -192,13 +191,13 @@ def test_no_wrong_point_of_a_solver_is_taken_as_a_bound(error: float, monkeypatc
     problem = on_two_supports()
     exact = limits(between(problem, "left", "plank"))
     random = np.random.default_rng(35)
-    honest = load_bounds.OffsetSeries.solve
+    honest = OffsetSeries.solve
 
-    def wrong(self: load_bounds.OffsetSeries, offset: np.ndarray) -> SolverPoint:
+    def wrong(self: OffsetSeries, offset: np.ndarray) -> SolverPoint:
         point = honest(self, offset)
         return replace(point, x=point.x * (1.0 + error * random.uniform(-1.0, 1.0, point.x.shape)))
 
-    monkeypatch.setattr(load_bounds.OffsetSeries, "solve", wrong)
+    monkeypatch.setattr(OffsetSeries, "solve", wrong)
     for _ in range(5):
         carried = between(problem, "left", "plank")
         assert carried.least.force <= exact[0] + CLOSE * exact[0]
