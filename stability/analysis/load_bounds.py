@@ -14,6 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from stability.contact_law import OtherLawError
 from stability.geometry.rows import Array
 from stability.geometry.vectors import add_scaled, cross, dot, norm, subtract
 from stability.model import BodyId, Vec3
@@ -66,7 +67,8 @@ def loads_on(
     """Return by body the least and greatest sum of normal forces by which others lie on it; None if it cannot stand.
 
     `bodies` are bricks or fixed bodies of the problem, by default all. Contacts of upright faces side by side do not
-    count, but their pushes and friction may carry weight. Raises LookupError for other names.
+    count, but their pushes and friction may carry weight. Raises LookupError for other names, OtherLawError
+    for round contacts.
     """
     admit_problem(problem)
     present = {*problem.bricks, *(contact.lower for contact in problem.contacts)}
@@ -88,7 +90,8 @@ def loads_between(
 ) -> dict[tuple[BodyId, BodyId], Carried] | None:
     """Return by lower and upper body the least and greatest normal force between them; None if they cannot stand.
 
-    `pairs` are by default all that touch. Raises LookupError for a pair that does not touch.
+    `pairs` are by default all that touch. Raises LookupError for a pair that does not touch, OtherLawError for
+    round contacts.
     """
     admit_problem(problem)
     between: dict[tuple[BodyId, BodyId], list[int]] = {}
@@ -123,6 +126,8 @@ Key = TypeVar("Key", BodyId, tuple[BodyId, BodyId])
 def _of_groups(
     problem: Problem, groups: Mapping[Key, Sequence[int]], tolerances: Tolerances
 ) -> dict[Key, Carried] | None:
+    if problem.is_round:
+        raise OtherLawError("loads of bricks with round contacts are not supported")
     bounds = SumBounds(problem, tolerances)
     found: dict[Key, Carried] = {}
     for key, contacts in groups.items():
