@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # for type checkers; at run time `__getattr__` loads the same
     from stability.analysis.load_factor import load_factor
     from stability.analysis.margins import margins
     from stability.analysis.uniqueness import outcome
+    from stability.analysis.used_strength import Strength, used_strength
     from stability.contact_law import Friction, Rule
     from stability.engines.pybullet import PyBulletBodies
     from stability.engines.pybullet.client import UnknownShapeWarning
@@ -54,6 +55,7 @@ __all__ = [
     "Rule",
     "Stability",
     "StackStability",
+    "Strength",
     "Studs",
     "UnknownShapeWarning",
     "Verdict",
@@ -69,6 +71,7 @@ __all__ = [
     "prism",
     "solid_of_corners",
     "solid_of_mesh",
+    "used_strength",
 ]
 
 _HOMES = {
@@ -103,6 +106,8 @@ _HOMES = {
     "Verdict": "stability.problem",
     "margins": "stability.analysis.margins",
     "outcome": "stability.analysis.uniqueness",
+    "Strength": "stability.analysis.used_strength",
+    "used_strength": "stability.analysis.used_strength",
     "prism": "stability.geometry.solid_making",
     "solid_of_corners": "stability.geometry.solid_making",
     "solid_of_mesh": "stability.geometry.solid_making",

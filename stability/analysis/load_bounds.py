@@ -21,11 +21,11 @@ from stability.model import BodyId, Vec3
 from stability.problem import Contact, Forces, Motion, Problem, Tolerances, rounded
 from stability.process_settings import one_thread
 from stability.statics.assembly import admit_problem
-from stability.statics.certificate import SIDEWAYS
+from stability.statics.certificate import lies_on
 from stability.statics.conic_program import OffsetSeries, SolverPoint, clarabel_solve, solve
 from stability.statics.equilibrium import proven_forces, separating_motion
 from stability.statics.load_factor import central_forces, least_forces
-from stability.statics.proof import ProofCones, greatest_sum, proof_cones, shortfalls
+from stability.statics.proof import ProofCones, greatest_sum, motion_plus, proof_cones, shortfalls
 from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
 
 ACCURACY = 1e-9  # requested of the solver, whose points are corrected and checked
@@ -102,11 +102,6 @@ def loads_between(
             raise LookupError(f"'{upper}' has no contact on '{lower}'")
     groups = between if pairs is None else {pair: between[pair] for pair in pairs}
     return _of_groups(problem, groups, tolerances)
-
-
-def lies_on(contact: Contact) -> bool:
-    """Return whether the upper body of a contact lies on the lower one, and does not only stand beside it."""
-    return any(normal[2] > SIDEWAYS for normal in contact.normals_W)
 
 
 def area_of(contact: Contact) -> float:
@@ -224,7 +219,7 @@ class SumBounds:
         spare = -shortfalls(self._cones, np.zeros(len(weights)), self._separating)
         fastest = max(abs(part) for velocity, _ in motion.velocity.values() for part in velocity)
         rate = float(((short + ROUNDING * (1.0 + fastest)) / spare).max())
-        return _sum_of(motion, rate, self._separating)
+        return motion_plus(motion, rate, self._separating)
 
     def _moved(self, columns: Array) -> Motion:
         """Return velocities from the columns, in the scale in which weights are speeds of 1 m/s."""
@@ -240,17 +235,3 @@ def weighted_sum(problem: Problem, weights: Array, forces: Forces) -> float:
         for force_W, normal_W in zip(by_normal, contact.normals_W, strict=True)
     ]
     return float(np.array(normal) @ weights)
-
-
-def _sum_of(motion: Motion, rate: float, other: Motion) -> Motion:
-    """Return a motion plus another one at a rate."""
-    still = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    return Motion(
-        {
-            name: (
-                add_scaled(velocity, rate, other.velocity.get(name, still)[0]),
-                add_scaled(spin, rate, other.velocity.get(name, still)[1]),
-            )
-            for name, (velocity, spin) in motion.velocity.items()
-        }
-    )

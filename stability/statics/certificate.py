@@ -243,6 +243,11 @@ def _is_upright(contact: Contact) -> bool:
     return abs(sum(normal[2] for normal in contact.normals_W)) <= SIDEWAYS
 
 
+def lies_on(contact: Contact) -> bool:
+    """Return whether the upper body of a contact lies on the lower one, and does not only stand beside it."""
+    return any(normal[2] > SIDEWAYS for normal in contact.normals_W)
+
+
 def _size(forces: ConeForces) -> float:
     """Return the sum of the absolute components of forces [N]."""
     return sum(abs(x) + abs(y) + abs(z) for of_point in forces for x, y, z in of_point)

@@ -21,7 +21,7 @@ import numpy as np
 from stability.contact_law import ContactLaw
 from stability.geometry.round_patch import Disc, RoundPatch
 from stability.geometry.rows import Array, Indices, cross_rows
-from stability.geometry.vectors import dot
+from stability.geometry.vectors import add_scaled, dot
 from stability.model import BodyId, Vec3
 from stability.problem import ZERO, Contact, Forces, Motion, Problem, Tolerances, Wrench
 
@@ -274,6 +274,13 @@ def shortfalls(cones: ProofCones, weights: Array, motion: Motion) -> Array:
         return np.full(len(weights), inf)
     (opening, sliding), _ = _slips(cones, velocity)
     return cones.laws.shortfall(opening - weights, sliding)
+
+
+def motion_plus(motion: Motion, rate: float, other: Motion) -> Motion:
+    """Return a motion plus another one at a rate."""
+    still = (ZERO, ZERO)
+    pairs = [(name, each, other.velocity.get(name, still)) for name, each in motion.velocity.items()]
+    return Motion({name: (add_scaled(v, rate, u), add_scaled(w, rate, r)) for name, (v, w), (u, r) in pairs})
 
 
 def power_of_joints(problem: Problem, motion: Motion) -> tuple[float, ...]:
