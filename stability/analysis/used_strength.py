@@ -127,12 +127,15 @@ def used_strength(
     """Return the share of their strength that the bricks of a problem use, which stands if nothing crushes.
 
     Both bounds differ by a share of 1e-6 or less, where the solver's accuracy suffices; with `decide` only as far as
-    needed to tell whether something crushes. Raises OtherLawError for bricks with joints.
+    needed to tell whether something crushes. Raises OtherLawError for bricks with
+    joints or round contacts.
     """
     admit_problem(problem)
     _admit(strengths)
     if problem.has_joints:
         raise OtherLawError("a crushing strength is not supported for bricks with joints")
+    if problem.is_round:
+        raise OtherLawError("a crushing strength is not supported for bricks with round contacts")
     tolerances = rounded(problem, tolerances)
     cells = list(_cells(problem, strengths))
     stacks = {name: each.stack for name, each in sorted(strengths.items()) if each.stack < inf}
@@ -325,7 +328,8 @@ def _sums(problem: Problem, groups: tuple[Indices, Indices], forces: Forces, cou
             for force_W, normal_W in zip(by_normal, contact.normals_W, strict=True)
         ]
     )
-    return np.bincount(groups[1], normal[groups[0]], minlength=count)
+    sums: Array = np.bincount(groups[1], normal[groups[0]], minlength=count).astype(float)
+    return sums
 
 
 def _admit(strengths: object) -> None:
