@@ -1021,6 +1021,9 @@ def advance(
     h, moving, row = duration / parts, len(bodies) - 1, points.row
     index = points.ids
     stopped, moved, before = np.zeros(moving + 1, np.int64), np.full(moving + 1, -1), np.empty((moving, 6))
+    weight = _weight(bodies, gravity_W)
+    for c in range(count, ends):
+        weight += row[c, OFFSET]
     for part in range(parts):
         for i in range(moving):
             stopped[i], moved[i] = 0, -1
@@ -1039,7 +1042,7 @@ def advance(
             for c in range(count, ends):
                 row[c, GAP], row[c, MASS], row[c, PRESSES] = 1.0, UNCHANGED, h * row[c, OFFSET]
             if was_struck:
-                _soften(bodies, index, row, ends, h, depth)
+                _soften(bodies, index, row, ends, h * weight, h, depth)
             else:
                 for c in range(ends):
                     row[c, SOFTNESS] = 1.0
@@ -1060,7 +1063,7 @@ def advance(
                     most, accuracy = MORE * struck[0], MORE * struck[1]
                     if not was_struck:
                         was_struck = True
-                        _soften(bodies, index, row, ends, h, depth)
+                        _soften(bodies, index, row, ends, h * weight, h, depth)
             for c in range(ends):
                 if row[c, PRESSES] - row[c, EARLIER] > hit * row[c, MASS]:
                     stopped[index[c, ON_BODY]] = stopped[index[c, ON_OTHER]] = 1
@@ -1193,17 +1196,30 @@ def _prepare(bodies: Array, index: Ints, row: Array, count: int) -> None:
 
 
 @compiled
-def _soften(bodies: Array, index: Ints, row: Array, count: int, h: float, depth: float) -> None:
+def _weight(bodies: Array, gravity_W: Array) -> float:
+    """Return the weight of all bodies that move freely [N]."""
+    mass = 0.0
+    for i in range(len(bodies) - 1):
+        if bodies[i, INVERSE_MASS] > 0.0:
+            mass += 1.0 / bodies[i, INVERSE_MASS]
+    return mass * sqrt(gravity_W[0] ** 2 + gravity_W[1] ** 2 + gravity_W[2] ** 2)
+
+
+@compiled
+def _soften(bodies: Array, index: Ints, row: Array, count: int, most: float, h: float, depth: float) -> None:
     """Let the overlaps of all points take up a share of the impulses.
 
-    A point stiffens if a body much heavier than its own presses on it, which would sink deeper than `depth` [m].
+    A point stiffens if a body much heavier than its own presses on it, which would sink deeper than `depth` [m]. No
+    point at rest bears more than the impulse of all loads, `most` [N s]: the impulse at an overlap that cannot be
+    removed, of a body between two that do not move, would grow without bound.
     """
     for c in range(count):
         # A hand may press with any force, which must not push a body into the ground.
         carried = bodies[index[c, ON_BODY], GUIDE] == CARRIED or bodies[index[c, ON_OTHER], GUIDE] == CARRIED
         soft = SOFT
         if row[c, PRESSES] > 0.0:
-            soft = max(soft, 1.0 / (1.0 + row[c, MASS] * RATE * depth / (h * row[c, PRESSES])))
+            borne = min(row[c, PRESSES], most)
+            soft = max(soft, borne / (borne + row[c, MASS] * RATE * depth / h))
         row[c, SOFTNESS] = 1.0 if carried else soft
 
 

@@ -66,6 +66,22 @@ SLOPE, STEPS = radians(15.0), 100
 TURN = about((0.0, 1.0, 0.0), SLOPE)
 
 
+def test_a_foil_that_is_jammed_below_a_brick_does_not_throw_it_when_it_is_released() -> None:
+    """The springs of the foil pushed ever harder, as neither the fixed brick nor the ground gave way."""
+    world = RigidWorld.opened(RIGID, GRAVITY, 0.5)
+    world.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5))
+    thick = 7e-5
+    world.add_brick(Brick("foil", Box((0.09, 0.02, thick)), 7e-5), Pose((0.0, 0.0, 0.5 * thick)), (0.0, 0.0, -0.1))
+    world.add_brick(Brick("brick", Box((0.02, 0.02, 0.02)), 0.008), Pose((0.0, 0.0, 0.01)))
+    world.freeze("brick")
+    for _ in range(200):
+        world.step()
+    world.wake("brick")
+    for _ in range(20):
+        world.step()
+        assert world.states(["brick"])["brick"].pose.position_W[2] < 0.01 + thick
+
+
 def ways(friction: GivenFriction, thick: float = 0.02) -> dict[str, float]:
     """Return the ways that a sheet on a slope and an equally heavy block on it slide downhill in 0.1 s [m]."""
     world = RigidWorld.opened(RIGID, GRAVITY, friction)
