@@ -108,6 +108,10 @@ class Stillness(BrickObserver):
         long_ago = now - self.limits_of(brick).dwell + ROUNDING
         return self._slow_since.get(brick, inf) <= long_ago and self._activity.get(brick) is not Activity.UNSTABLE
 
+    def is_slow_for(self, brick: BodyId, duration: float, now: float) -> bool:
+        """Check that a brick has been slow for a duration [s]."""
+        return self._slow_since.get(brick, inf) <= now - duration + ROUNDING
+
     def set_down(self, bricks: Collection[BodyId]) -> None:
         """Count bricks that are set down at rest as slow since ever."""
         self._slow_since |= dict.fromkeys(bricks, -inf)

@@ -1,6 +1,6 @@
 """The bricks that an engine moves: which are at rest, and when to judge them."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Container, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -97,9 +97,21 @@ class AwakeBricks(BrickObserver):
         """Pause judgements shortly, as the bricks at rest touch bricks that still move."""
         self._refusals.wait(self.engine.time(), self.names)
 
-    def follow(self) -> Mapping[BodyId, BodyState]:
-        """Read the states of the awake bricks; a rigid group is represented by its first brick."""
-        states = self.engine.states(self.rigid_groups.watched(self.in_order(self.names)))
+    def has_rested(self, brick: BodyId, state: BodyState) -> bool:
+        """Check that a brick in this state has been slow for the hold-off, as slow as woken bricks have to be."""
+        limits = self.limits_of(brick)
+        return limits.slow(state, limits.still) and self._stillness.is_slow_for(
+            brick, limits.hold_off, self.engine.time()
+        )
+
+    def is_slow(self, brick: BodyId) -> bool:
+        """Check that a brick is slow now."""
+        return self._stillness.is_slow_for(brick, 0.0, self.engine.time())
+
+    def follow(self, without: Container[BodyId] = ()) -> Mapping[BodyId, BodyState]:
+        """Read the states of the awake bricks except some; a rigid group is represented by its first brick."""
+        names = self.in_order(name for name in self.names if name not in without)
+        states = self.engine.states(self.rigid_groups.watched(names))
         self._stillness.follow(self.engine.time(), states)
         return states
 

@@ -22,6 +22,7 @@ from stability.stabilizers.exact.candidates import (
     release_until_stable,
     solids,
 )
+from stability.stabilizers.exact.dozing import Dozing
 from stability.stabilizers.exact.hits import Disturbance, Disturbances, UnionContainer, hit_by_bricks, is_level
 from stability.stabilizers.exact.joined_bricks import JoinedBricks, Overload
 from stability.stabilizers.exact.shaking import ROUNDING, HeldPart, Shaking
@@ -128,6 +129,7 @@ class ProvenStability(Stabilizer):
     _held: HeldBodies = field(init=False)
     _rigid_groups: RigidGroups = field(init=False)
     _dead_loads: DeadLoads = field(init=False)
+    _dozing: Dozing = field(init=False)
     _joined: JoinedBricks = field(init=False)
     _disturbances: Disturbances = field(init=False)
     _observers: Observers = field(init=False)  # all of these, in this order
@@ -139,12 +141,22 @@ class ProvenStability(Stabilizer):
         self._rigid_groups = RigidGroups(self.joiner)
         self._dead_loads = DeadLoads(self.engine, self.presser)
         limits_of = LimitsBySize(self.engine, self.rest)
+        self._dozing = Dozing(self.engine, limits_of, self._dead_loads, self.friction)
         self._awake = AwakeBricks(self.engine, limits_of, self._rigid_groups)
         self._joined = JoinedBricks(self.engine, self.joiner, self.joints)
         self._disturbances = Disturbances(self.engine, limits_of, gravity, self._dead_loads.reactions, self._joined)
         guarded = (self._held,) if self.guard else ()
         self._observers = Observers(
-            (*guarded, limits_of, self._rigid_groups, self._joined, self._dead_loads, self._disturbances, self._awake)
+            (
+                *guarded,
+                self._dozing,
+                limits_of,
+                self._rigid_groups,
+                self._joined,
+                self._dead_loads,
+                self._disturbances,
+                self._awake,
+            )
         )
         if self.recorder is not None:
             self.recorder.record_steps()
@@ -155,7 +167,7 @@ class ProvenStability(Stabilizer):
     def awake(self) -> list[BodyId]:
         """Return the bricks that the engine moves, sorted by name."""
         self._notice_bricks()
-        return sorted(self._awake.names)
+        return sorted(name for name in self._awake.names if name not in self._dozing)
 
     def riding(self) -> Collection[BodyId]:
         """Return the awake bricks that move in rigid groups on others, or in bodies with others."""
@@ -258,10 +270,15 @@ class ProvenStability(Stabilizer):
         """Judge as if the ground were at rest."""
         lost = self._judge_changes() if self.guard else Update()
         self._notice_bricks()
-        lost = lost.then(self._wake_disturbed(states := self._awake.follow()))
+        states = self._awake.follow(without=self._dozing)
+        self._dozing.wake(self._dozing.disturbed(states))
+        lost = lost.then(self._wake_disturbed(states))
+        if self._dozing and all(self._awake.is_slow(brick) for brick in states):
+            self._dozing.wake()  # nothing moves, so that all are judged together
         resting = self._judgeable(self._awake.at_rest(states))
         announced = self._awake.clear_announced()
         if not resting:
+            self._let_doze(states)
             self._dead_loads.exert()
             return lost
         # The smallest falling set is of no interest in a heap that has fallen.
@@ -271,6 +288,24 @@ class ProvenStability(Stabilizer):
         judged = self._apply(judgement, [placed.brick.id for placed in resting], announced)
         self._dead_loads.exert()
         return lost.then(judged)
+
+    def _let_doze(self, states: Mapping[BodyId, BodyState]) -> None:
+        """Let the engine hold bricks that have been at rest for a while on others that are at rest without a proof."""
+        simple = self.presser is not None and not (
+            self._in_hands or self._shaking.shakes or self.joints.rules or self._rigid_groups.bricks
+        )
+        if not simple or self.moves_under_loads() or not self._dozing.is_due(states.keys()):
+            return
+        self._dozing.wake(self._dozing.touched_anew(states))
+        rested = {name: state for name, state in states.items() if self._awake.has_rested(name, state)}
+        moving = {name for name in states if not self._awake.is_slow(name)}
+        if rested and moving:
+            fixed = self._fixed_bodies()
+            resting = [placed for _, placed in solids(self.engine, rested)]
+            on_fixed_bodies = Assembly(
+                fixed.planes, self.friction, self.assembly.gravity, self.tolerances, fixed.tables, overlap=inf
+            )
+            self._dozing.fall_asleep(resting, moving, on_fixed_bodies)
 
     def _judge(self, resting: Sequence[Placed], announced: Container[BodyId], names_smallest: bool) -> Judgement:
         """Judge bricks with crept ones put back to their rest poses; if they do not stand, judge the actual poses."""
@@ -298,6 +333,7 @@ class ProvenStability(Stabilizer):
 
         Bricks that it disturbs wake before.
         """
+        self._dozing.wake([brick])
         if brick in self._joined or self._joined.is_in_structure(brick, self.assembly):
             return self._strike_joined(brick, impulse_W, offset_W)
         if brick in self._rigid_groups:
@@ -585,13 +621,17 @@ class ProvenStability(Stabilizer):
             self._rigid_groups.unweld(first)
         update = Update()
         # Flights are followed even without bricks at rest, so that distant bricks do not affect the result.
-        nothing_still = not self.assembly.bricks and not self._rigid_groups.bricks
-        still = () if nothing_still else UnionContainer(self.assembly.bricks, self._rigid_groups)
+        nothing_still = not self.assembly.bricks and not self._rigid_groups.bricks and not self._dozing
+        frozen = UnionContainer(self.assembly.bricks, self._dozing)
+        still = () if nothing_still else UnionContainer(frozen, self._rigid_groups)
         hits = self._disturbances.hits(self.assembly, states, still)
+        dozing = {hit.brick for hit in hits if hit.brick in self._dozing}
+        self._dozing.wake(dozing)
+        hits = [hit for hit in hits if hit.brick not in dozing]
         if hits := [hit for hit in hits if not self._joined.is_in_structure(hit.brick, self.assembly)]:
             update = self._wake_struck(hit_by_bricks(hits))
         stepped = self._awake.names - self._awake.announced
-        pressing = stepped - self._rigid_groups.bricks
+        pressing = stepped.difference(self._rigid_groups.bricks, self._dozing)
         if pressed := self._disturbances.overloaded(self.assembly, pressing):
             dry = [name for name in pressed.struck if not self._joined.is_in_structure(name, self.assembly)]
             update = update.then(

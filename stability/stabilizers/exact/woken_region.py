@@ -326,6 +326,12 @@ class DeadLoads(BrickObserver):
             if loads and self.presser is not None:
                 self._loads[placed.brick.id], self._carrying[placed.brick.id] = loads, placed
 
+    def add(self, carrying: Placed, load: DeadLoad) -> None:
+        """Add the load of a brick that the engine holds on one that it moves."""
+        if self.presser is not None:
+            self._loads.setdefault(carrying.brick.id, []).append(load)
+            self._carrying[carrying.brick.id] = carrying
+
     def exert(self) -> None:
         """Apply the loads in the engine for the next step."""
         if self.presser is None or not (self._loads or self._pushed):
@@ -372,15 +378,16 @@ class DeadLoads(BrickObserver):
 
     def woken(self, bricks: Collection[BodyId]) -> None:
         """Drop the loads from woken bricks, which press by their own weight, and apply those on them."""
-        self._drop_from(bricks)
+        self.drop_from(bricks)
         self._pushed.update(brick for brick in bricks if self.applied.on(brick))
 
     def removed(self, bricks: Collection[BodyId]) -> None:
         """Drop the loads on and from removed bricks."""
         self.frozen(bricks)
-        self._drop_from(bricks)
+        self.drop_from(bricks)
 
-    def _drop_from(self, pressing: Container[BodyId]) -> None:
+    def drop_from(self, pressing: Container[BodyId]) -> None:
+        """Drop the loads of these bricks."""
         for brick, loads in self._loads.items():
             self._loads[brick] = [load for load in loads if load.by.brick.id not in pressing]
 
