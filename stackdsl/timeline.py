@@ -18,6 +18,7 @@ from stability.loads import UNLOADED, LoadCourse, Loads
 from stability.model import AT_REST, BodyId, Brick, Plane, Pose, Vec3
 from stability.problem import Stability, Tolerances
 from stability.statics.assembly import Assembly
+from stability.supports import SupportMotion
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +31,7 @@ class FixedWorld:
     touching: float = inf  # [m] widest gap that statics counts as contact, as `Tolerances.within`
     joints: Joints = DRY
     loads: Loads = UNLOADED
+    supports: tuple[SupportMotion, ...] = ()  # movements of the ground below bricks
 
     def assembly(self) -> Assembly:
         """Return an assembly for statics, without bricks."""

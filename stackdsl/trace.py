@@ -61,6 +61,7 @@ class VerdictMargins:
     weakest: Weakest | None = None  # the mechanism that opens first under the least acceleration
     load_factor: float | None = None  # multiple of its own weight, or of its loads, that it bears; inf for any
     loaded: bool = False  # whether `load_factor` is that of the loads, beside the weight
+    settlement: float | None = None  # multiple of the written movement of supports that it survives; inf for any
     yields: str = ""  # what gives way first above that load factor; empty if nothing does
     carried: tuple[CarriedRange, ...] = ()  # the requested loads on bodies
 

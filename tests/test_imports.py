@@ -22,7 +22,7 @@ LAYERS = {
         {"graph", "geometry", "name_order", "process_settings"},
         {"contact_law"},
         {"problem"},
-        {"contacts", "joints", "loads"},
+        {"contacts", "joints", "loads", "supports"},
         {"statics"},
         {"analysis", "dynamics"},
         {"engines"},

@@ -32,6 +32,7 @@ const SHOWN: Record<Overlay, [string, string, string]> = {
   contacts: ["Contacts", "contacts", "areas in which bricks touch"],
   joints: ["Joints", "joints", "joints, by the share of their strength that they use at the load factor"],
   forces: ["Forces", "forces", "forces of the proof"],
+  thrust: ["Thrust", "thrust", "line of thrust of the proof, and hinges where it reaches an edge"],
   paths: ["Paths", "paths", "where the load goes; thicker is more"],
   graph: ["Supports", "supports", "which brick rests on which"],
   names: ["Names", "names", "n: names of the bricks in view that find room, those of every fifth level first"],

@@ -7,16 +7,17 @@ import type { Forces, Pose } from "./run";
 import type { Look, Stage } from "./stage";
 import { howMany, newtons, threeDigits } from "./wording";
 
-export type Overlay = "contacts" | "joints" | "forces" | "paths" | "graph" | "motion" | "names";
-export const OVERLAYS: Overlay[] = ["contacts", "joints", "forces", "paths", "graph", "motion", "names"];
+export type Overlay = "contacts" | "joints" | "forces" | "thrust" | "paths" | "graph" | "motion" | "names";
+export const OVERLAYS: Overlay[] = ["contacts", "joints", "forces", "thrust", "paths", "graph", "motion", "names"];
 
 // What is drawn only at times at which a proof holds.
-export const NEED_PROOF: ReadonlySet<Overlay> = new Set<Overlay>(["contacts", "forces", "paths", "graph"]);
+export const NEED_PROOF: ReadonlySet<Overlay> = new Set<Overlay>(["contacts", "forces", "thrust", "paths", "graph"]);
 
 // Which forces are drawn: those of the selected brick or, while none is selected, the ten largest; the ten largest; or all.
 export type Which = "selected" | "largest" | "all";
 const TEN = 10;
 const MANY = 200; // arrows: more of them have no halo, which would hide what is behind
+const MANY_LOADS = 12; // from which on they bear no numbers
 const LEAST = 0.002; // of the largest force: smaller ones are not drawn
 const LONGEST = 76; // [px] of an arrow
 const RAMP = ["--f1", "--f2", "--f3", "--f4", "--f5"];
@@ -120,6 +121,8 @@ export class Overlays {
     if (found && overlays.has("graph")) this.graph(pen, sight, found);
     if (picked !== undefined && this.stage.shows(picked, time)) this.edges(pen, sight, picked, this.place(picked), "--accent", 2);
     if (found && overlays.has("forces")) this.forces(pen, sight, found, look);
+    if (found && overlays.has("thrust")) this.thrust(pen, sight, found);
+    if (found && (overlays.has("forces") || overlays.has("thrust"))) this.loads(pen, sight, found);
     if (fall && overlays.has("motion") && Math.abs(time - fall.time) < AROUND_FALL) this.motion(pen, sight);
     this.names(pen, sight, look);
   }
@@ -258,6 +261,48 @@ export class Overlays {
         pen.strokeStyle = colourOf(halo ? "--halo" : colourFor(share));
         pen.stroke();
       }
+    }
+  }
+
+  // The way of the forces of the proof from joint to joint, and the joints where it reaches an edge.
+  private thrust(pen: CanvasRenderingContext2D, sight: Sight, found: Forces): void {
+    const { thrust, hinges } = found.proof;
+    for (const halo of [true, false]) {
+      pen.strokeStyle = colourOf(halo ? "--halo" : "--fail");
+      pen.lineWidth = halo ? 5 : 2.5;
+      pen.beginPath();
+      for (const [brick, ax, ay, az, bx, by, bz] of thrust) {
+        pen.moveTo(...sight.at(this.follow(new Vector3(ax, ay, az), brick, found)));
+        pen.lineTo(...sight.at(this.follow(new Vector3(bx, by, bz), brick, found)));
+      }
+      pen.stroke();
+    }
+    pen.lineWidth = 2;
+    pen.strokeStyle = colourOf("--fail");
+    pen.fillStyle = colourOf("--scene");
+    for (const [brick, x, y, z] of hinges) {
+      pen.beginPath();
+      pen.arc(...sight.at(this.follow(new Vector3(x, y, z), brick, found)), 4, 0, 2 * Math.PI);
+      pen.fill();
+      pen.stroke();
+    }
+  }
+
+  // Loads on bricks, each with its tip where it acts; their scale is not that of the forces of the proof.
+  private loads(pen: CanvasRenderingContext2D, sight: Sight, found: Forces): void {
+    const { loads } = found.proof;
+    const most = loads.reduce((so_far, [, , , , x, y, z]) => Math.max(so_far, Math.hypot(x, y, z)), 0);
+    const words = newtons(most);
+    for (const [brick, px, py, pz, fx, fy, fz] of loads) {
+      const force = new Vector3(fx, fy, fz);
+      const share = force.length() / most;
+      if (share < LEAST) continue;
+      const tip = this.follow(new Vector3(px, py, pz), brick, found);
+      const long = Math.min(LONGEST / sight.scale(tip), 0.6 * this.stage.size);
+      const tail = sight.at(tip.clone().addScaledVector(force, -long / most));
+      arrow(pen, tail, sight.at(tip), share, "--accent");
+      pen.textAlign = "center";
+      if (loads.length < MANY_LOADS) this.free(pen, words.text(force.length()), tail[0], tail[1] - 6, "--accent");
     }
   }
 

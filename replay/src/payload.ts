@@ -28,6 +28,9 @@ export interface Proof {
   counts: number[]; // of its points
   points: string;
   forces: string;
+  loads: [number, number, number, number, number, number, number][]; // brick, place [m], force [N]
+  thrust: [number, number, number, number, number, number, number, number][]; // brick, both ends [m], force [N]
+  hinges: [number, number, number, number][]; // brick, place [m]
 }
 
 export interface Fall {

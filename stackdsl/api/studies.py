@@ -12,7 +12,8 @@ from stackdsl.judging.proofs import Survival
 from stackdsl.report.statics import margin_texts
 from stackdsl.report.studies import limit_lines, sensitivity_lines, survival_lines
 from stackdsl.studies import survival
-from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitRequest, SearchError, Want, find_in
+from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitRequest, Want, find_in
+from stackdsl.studies.limit_search import SearchError
 from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
 from stackdsl.studies.survival import CaseMargins
 from stackdsl.trace import VerdictMargins

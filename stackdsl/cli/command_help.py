@@ -73,6 +73,14 @@ EXAMPLES: Final[Mapping[str, Mapping[str, str]]] = {
         "stackdsl survive load.yaml": "acceleration and tilt, by direction",
         "stackdsl survive load.yaml --plot load.svg": "the same, drawn",
     },
+    "settle": {
+        "stackdsl settle arch.yaml": "hinges and thrust until the arch falls",
+        "stackdsl settle arch.yaml --plot arch.svg --format csv": "the thrust by movement, drawn and as a table",
+    },
+    "pushover": {
+        "stackdsl pushover wall.yaml": "the load factor by displacement",
+        "stackdsl pushover wall.yaml --plot wall.svg --format csv": "the curve, drawn and as a table",
+    },
     "fragility": {
         "stackdsl fragility shaky.yaml --over acceleration --bearing 0": "by constant acceleration along +x",
         "stackdsl fragility shaky.yaml --over jitter --from '1 mm' --to '8 mm'": "by error of placement",

@@ -34,6 +34,8 @@ COMMANDS: Final[Mapping[str, str]] = {
     "pull": "List the bricks that can be pulled out of the structure of FILE, and the longest order of pulls.",
     "order": "Find an order of building in which the structure of FILE stands after each step, or the fewest props.",
     "survive": "Compute the acceleration and tilt that the structure of FILE survives, and the part that fails first.",
+    "settle": "Move the supports of FILE until the structure falls, and list its hinges and its thrust.",
+    "pushover": "Push the structure of FILE over by its loads, and list the load factor by displacement.",
     "fragility": "Compute the share of samples of FILE that fall at each intensity, and fit a lognormal curve.",
     "sensitivities": "List the bricks, joints and numbers on which the margin of FILE depends most.",
     "sweep": "Judge every variant and every sample of FILE, and write a row for each, or continue such a file.",
@@ -62,6 +64,8 @@ GROUPS: Final[Mapping[str, tuple[str, ...]]] = {
         "pull",
         "order",
         "survive",
+        "settle",
+        "pushover",
         "fragility",
         "sensitivities",
         "sweep",
@@ -90,6 +94,7 @@ MODULES: Final[Mapping[str, str]] = {
     "new": "project",
     "schema": "explain",
     **dict.fromkeys(("find", "order", "pull", "sensitivities", "suggest", "survive"), "statics"),
+    **dict.fromkeys(("settle", "pushover"), "large_motion"),
 }
 
 

@@ -56,6 +56,13 @@ ON_PLOT: Final = click.option(
     "--plot", type=FilePath, callback=_picture, help="Draw one case to this .svg or .png file."
 )
 
+ON_PICTURE: Final = click.option(
+    "--picture",
+    type=FilePath,
+    callback=_picture,
+    help="Draw the first and the last position to this .svg or .png file.",
+)
+
 
 def refuse_several(plot: Path | None, cases: int) -> None:
     """Raise click.UsageError if more than one case would be drawn."""

@@ -75,6 +75,7 @@ HELD = 1.5  # [s] for which a moving picture shows its end
 @click.option("--strip", "count", type=click.IntRange(2, 40), help="Number of moments to draw, at one scale.")
 @click.option("--names", is_flag=True, help="Also write names on bricks, where they fit.")
 @click.option("--forces", is_flag=True, help="Also draw the contact forces of the proof, if one holds at that time.")
+@click.option("--thrust", is_flag=True, help="Also draw the line of thrust of these forces, its hinges, and loads.")
 @click.option("--joints", is_flag=True, help="Colour bricks by the share of strength that their joints use.")
 @click.option("--slower", type=Number(0.01, 1000.0), default=1.0, help="Factor by which a film is slowed down.")
 @ON_SYSTEMS
@@ -89,6 +90,7 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     count: int | None,
     names: bool,
     forces: bool,
+    thrust: bool,
     joints: bool,
     slower: float,
     systems: tuple[str, ...],
@@ -110,8 +112,9 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         tell(f"drawing {first}, the first of {len(selected)}; choose another with --system or -k, such as -k '{other}'")
     run = _played(selected[0])
     if not moves and not count:
-        _warn_of_nothing_there(run, time, forces)
-    overlays = _overlays(run, {Overlay.FORCES: forces, Overlay.NAMES: names, Overlay.JOINTS: joints})
+        _warn_of_nothing_there(run, time, forces or thrust)
+    marks = {Overlay.FORCES: forces, Overlay.THRUST: thrust, Overlay.NAMES: names, Overlay.JOINTS: joints}
+    overlays = _overlays(run, marks)
     seen = [VIEWS[name] for name in views or ("three-quarter", "front", "plan")]
     try:
         with refusing(f"{run.name}: the picture", "choose one --view from a side, or a smaller variant") as refused:

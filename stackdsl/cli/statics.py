@@ -48,11 +48,11 @@ from stackdsl.studies.find_limit import (
     FINEST,
     FoundLimit,
     LimitRequest,
-    SearchError,
     Want,
     find_in,
     is_shaken,
 )
+from stackdsl.studies.limit_search import SearchError
 from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_so_far
 from stackdsl.timeline import leaves_to_engine
 from stackdsl.viewing.plots import drawn_survival

@@ -50,6 +50,7 @@ from stackdsl.compiler.schedule import (
     turned_plane,
     turned_pose,
 )
+from stackdsl.compiler.supports import invalid_supports, support_motions
 from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean
 from stackdsl.language.bricks import CATALOGUE, BrickKind
 from stackdsl.language.schema import PairOfBodies, Scenario
@@ -276,6 +277,7 @@ CHECKS: Final[Sequence[Check]] = (
     invalid_loads,
     bricks_of_several_parts,
     unsupported_round_bricks,
+    invalid_supports,
 )
 CHECKS_IN_TIME: Final[Sequence[Check]] = (
     early_removals,
@@ -341,7 +343,8 @@ def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
 def _world(built: ResolvedScenario, scenario: Scenario, planes: tuple[Plane, ...]) -> FixedWorld:
     touching, friction = scenario.world.touching, friction_of(built, scenario)
     within = inf if touching is None else touching
-    return FixedWorld(scenario.world.gravity, friction, planes, within)
+    motions = support_motions(built, scenario)
+    return FixedWorld(scenario.world.gravity, friction, planes, within, supports=motions)
 
 
 def _timeline(built: ResolvedScenario, impacts: Iterable[tuple[ActionOrder, Action]], scenario: Scenario) -> Timeline:

@@ -1,16 +1,21 @@
 """Loads of a scenario: their bricks by name, their forces in W, and refusals of what is not computed under loads."""
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise, zip_longest
+from itertools import accumulate, pairwise, zip_longest
 from math import cos, sin
 from typing import Final
 
-from stability.geometry.placed_shape import distance_outside, in_place
+from stability.contacts.detection import contacts_between, contacts_with_plane, solid
+from stability.geometry.compound import Compound
+from stability.geometry.placed_shape import bounds_W, distance_outside, in_place, top_W
+from stability.geometry.polygons import cut
 from stability.geometry.round_solid import RoundSolid
+from stability.geometry.spatial_grid import Neighbours
 from stability.geometry.vectors import add, add_scaled, cross, dot, inverse, norm, rotate, scale, subtract
 from stability.loads import Load as AppliedLoad
 from stability.loads import LoadCourse, Loads
-from stability.model import ConvexShape, Face, Quaternion, Vec3
+from stability.model import BodyId, Brick, ConvexShape, Face, Quaternion, Vec3
+from stability.problem import Placed, Tolerances
 from stackdsl.compiler.bricks import ActionOrder, ResolvedBrick
 from stackdsl.compiler.fit import OVERLAP
 from stackdsl.compiler.joints import are_joined
@@ -25,10 +30,15 @@ from stackdsl.timeline import LoadsAction
 from stackdsl.trace import is_load
 from stackdsl.wording import mm
 
+MAX_LOADED: Final = 100_000  # loaded bricks, each counted once per load; some seconds
 SYSTEM: Final = "exact"  # the only system that judges loads
-MARGINS: Final = frozenset({"load_factor", "acceleration", "friction"})
+MARGINS: Final = frozenset({"load_factor", "acceleration", "friction", "settlement"})
 HANDS: Final = frozenset({"move", "hold"})
 FACING: Final = cos(0.7)  # about 40 deg: the most by which a face may be turned from the direction that names it
+EDGE_ON: Final = 1e-9  # cosine below which a face is seen edge on
+FLUSH: Final = 1e-6  # of the cosine of the angle between a face and a contact on it
+COVERED: Final = 1e-12  # [m2] of a face that is covered but for rounding
+REACH: Final = 1e-3  # [m] beyond which no gap counts as contact
 AS_WELL: Final = 1e-6  # difference of two cosines below which two faces are named equally well
 
 
@@ -75,6 +85,8 @@ def _amount(rows: Sequence[tuple[float, float]], time: float, *, before: bool = 
 
 def loaded_bricks(load: Load, built: ResolvedScenario) -> list[ResolvedBrick]:
     """Return the bricks on which a load acts."""
+    if load.all:
+        return [brick for brick in built.bricks if brick.removed is None]
     if load.level is not None:
         return [brick for brick in built.bricks if brick.level == load.level and brick.removed is None]
     names = set((load.brick,) if load.bricks is None else load.bricks)
@@ -84,36 +96,52 @@ def loaded_bricks(load: Load, built: ResolvedScenario) -> list[ResolvedBrick]:
 def applied(load: Load, built: ResolvedScenario, scenario: Scenario) -> Iterator[AppliedLoad]:
     """Yield the parts of a load of the amount 1 on each of its bricks."""
     bricks, tilt = loaded_bricks(load, built), tilt_of(scenario)
-    share = 1.0 / len(bricks) if bricks else 0.0
+    unit = scenario.world.gravity if load.is_mass else 1.0  # the weight of a mass along gravity also in a tilted scene
+    surface = _top(bricks) if load.surface is None else load.surface
+    exposed = _ExposedFaces(built, bricks) if load.wind is not None else None
     for brick in bricks:
-        pose, shape = brick.written.pose, brick.written.shape
-        if load.pressure is not None:
-            assert load.face is not None
-            face = face_of(brick, load.face)
-            assert isinstance(face, Face)  # others are reported by `invalid_loads`
-            middle, area = _middle_and_area(shape, face)
-            yield AppliedLoad(brick.name, scale(-area, face.normal), middle, turns=True)
-            continue
-        force, moment, point = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), load.point or (0.0, 0.0, 0.0)
-        point_B = rotate(inverse(pose.orientation), point)
-        if load.weight is not None:
-            force = scale(
-                share * (scenario.world.gravity if load.is_mass else 1.0), DOWN
-            )  # along gravity also in a tilted scene
-        elif load.force is not None and load.towards is not None:
-            force = _turned(scale(share, direction_of(load.towards)), tilt)
-        elif load.moment is not None and load.about is not None:
-            moment = _turned(scale(share, direction_of(load.about)), tilt)
-        elif load.line is not None and load.towards is not None and load.from_ is not None and load.to is not None:
-            # On a rigid brick, a uniform line load acts as its resultant.
-            length = norm(subtract(load.to, load.from_))
-            force = _turned(scale(length, direction_of(load.towards)), tilt)
-            point_B = rotate(inverse(pose.orientation), scale(0.5, add(load.from_, load.to)))
-        if load.face is not None:
-            face = face_of(brick, load.face)
-            assert isinstance(face, Face)
-            point_B, _ = _middle_and_area(shape, face)
-        yield AppliedLoad(brick.name, force, point_B, moment)
+        if exposed is not None and load.towards is not None:
+            direction = direction_of(load.towards)
+            for middle, area in exposed.faces(brick, direction):
+                yield AppliedLoad(brick.name, _turned(scale(area, direction), tilt), middle)
+        elif load.pressure is not None or load.fluid is not None:
+            face = _known_face(load, brick)
+            middle, total = _pressed(brick.written.shape, face)
+            if load.fluid is not None:
+                middle, total = _submerged(brick, face, surface)
+            if total:
+                yield AppliedLoad(brick.name, scale(-unit * total, face.normal), middle, turns=True)
+        else:
+            share = unit * (brick.written.mass if load.acceleration is not None else 1.0 / len(bricks))
+            yield _at_a_point(load, brick, share, tilt)
+
+
+def _at_a_point(load: Load, brick: ResolvedBrick, share: float, tilt: Quaternion) -> AppliedLoad:
+    """Return a force or a moment of a size, where it acts on a brick."""
+    pose = brick.written.pose
+    force, moment, point = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), load.point or (0.0, 0.0, 0.0)
+    if load.weight is not None:
+        force = scale(share, DOWN)
+    elif load.moment is not None and load.about is not None:
+        moment = _turned(scale(share, direction_of(load.about)), tilt)
+    elif load.line is not None and load.towards is not None and load.from_ is not None and load.to is not None:
+        # On a rigid brick, a uniform line load acts as its resultant.
+        length = norm(subtract(load.to, load.from_))
+        force = _turned(scale(share * length, direction_of(load.towards)), tilt)
+        point = scale(0.5, add(load.from_, load.to))
+    elif load.towards is not None:
+        force = _turned(scale(share, direction_of(load.towards)), tilt)
+    point_B = rotate(inverse(pose.orientation), point)
+    if load.face is not None:
+        point_B, _ = _pressed(brick.written.shape, _known_face(load, brick))
+    return AppliedLoad(brick.name, force, point_B, moment)
+
+
+def _known_face(load: Load, brick: ResolvedBrick) -> Face:
+    assert load.face is not None
+    face = face_of(brick, load.face)
+    assert isinstance(face, Face)  # others are reported by `invalid_loads`
+    return face
 
 
 def _turned(vector: Vec3, tilt: Quaternion) -> Vec3:
@@ -142,17 +170,84 @@ def face_of(brick: ResolvedBrick, named: Direction) -> Face | str:
     return "two faces look that way equally" if second > best - AS_WELL else face
 
 
-def _middle_and_area(shape: ConvexShape, face: Face) -> tuple[Vec3, float]:
+def _pressed(shape: ConvexShape, face: Face) -> tuple[Vec3, float]:
     """Return the centroid of a face [m], in axes of the brick, and its area [m2]."""
     if isinstance(shape, RoundSolid):
         return shape.end(face)
-    first, *others = (shape.corners[corner] for corner in face.corners)
-    total, middle = 0.0, (0.0, 0.0, 0.0)
-    for one, other in pairwise(others):
-        area = 0.5 * dot(face.normal, cross(subtract(one, first), subtract(other, first)))
-        total += area
-        middle = add_scaled(middle, area / 3.0, add(first, add(one, other)))
-    return scale(1.0 / total, middle), total
+    corners = [shape.corners[corner] for corner in face.corners]
+    return _integrated(corners, [1.0] * len(corners))
+
+
+def _submerged(brick: ResolvedBrick, face: Face, surface: float) -> tuple[Vec3, float]:
+    """Return the centre of a pressure that grows with the depth [m], in axes of the brick, and its integral [m3]."""
+    pose, shape = brick.written.pose, brick.written.shape
+    corners = [shape.corners[corner] for corner in face.corners]
+    depths = [surface - add(pose.position_W, rotate(pose.orientation, corner))[2] for corner in corners]
+    wet = cut([(*corner, depth) for corner, depth in zip(corners, depths, strict=True)], depths)
+    return _integrated([corner[:3] for corner in wet], [corner[3] for corner in wet])
+
+
+def _integrated(corners: Sequence[Vec3], pressures: Sequence[float]) -> tuple[Vec3, float]:
+    """Return centre and integral of a pressure on a flat convex polygon, linear between its values at the corners."""
+    total, moment = 0.0, (0.0, 0.0, 0.0)
+    for second, third in pairwise(range(1, len(corners))):
+        triangle, values = [(corners[i]) for i in (0, second, third)], [pressures[i] for i in (0, second, third)]
+        first = triangle[0]
+        area = 0.5 * norm(cross(subtract(triangle[1], first), subtract(triangle[2], first)))
+        total += area * sum(values) / 3.0
+        for corner, value in zip(triangle, values, strict=True):
+            moment = add_scaled(moment, area * (sum(values) + value) / 12.0, corner)
+    return (scale(1.0 / total, moment), total) if total else ((0.0, 0.0, 0.0), 0.0)
+
+
+def _top(bricks: Sequence[ResolvedBrick]) -> float:
+    return max((top_W(brick.written.shape, brick.written.pose) for brick in bricks), default=0.0)
+
+
+class _ExposedFaces:
+    """The parts of faces that no other body covers."""
+
+    def __init__(self, built: ResolvedScenario, bricks: Sequence[ResolvedBrick]) -> None:
+        staying = [brick for brick in built.bricks if brick.removed is None] + list(bricks)
+        self._solids = {
+            brick.name: solid(Placed(Brick(brick.name, brick.written.shape, brick.written.mass), brick.written.pose))
+            for brick in staying
+        }
+        self._planes = built.planes
+        self._near = Neighbours[BodyId]()
+        for brick in {brick.name: brick for brick in staying}.values():
+            self._near.add(brick.name, *bounds_W(brick.written.shape, brick.written.pose))
+
+    def faces(self, brick: ResolvedBrick, direction: Vec3) -> Iterator[tuple[Vec3, float]]:
+        """Yield centre [m], in axes of the brick, and area across a direction [m2] of what is seen of each face."""
+        pose, shape = brick.written.pose, brick.written.shape
+        patches = list(self._patches(brick.name))
+        for face in shape.faces:
+            normal_W = rotate(pose.orientation, face.normal)
+            seen = -dot(normal_W, direction)
+            if seen <= EDGE_ON:
+                continue
+            middle, area = _pressed(shape, face)
+            moment = scale(area, middle)
+            for normal_out, corners_W in patches:
+                if dot(normal_out, normal_W) < 1.0 - FLUSH:
+                    continue
+                corners = [rotate(inverse(pose.orientation), subtract(each, pose.position_W)) for each in corners_W]
+                covered, part = _integrated(corners, [1.0] * len(corners))
+                area, moment = area - part, add_scaled(moment, -part, covered)
+            if area > COVERED:
+                yield scale(1.0 / area, moment), seen * area
+
+    def _patches(self, name: BodyId) -> Iterator[tuple[Vec3, Sequence[Vec3]]]:
+        """Yield the contact areas of a brick, with their normals from the brick outwards."""
+        one = self._solids[name]
+        contacts = [each for plane in self._planes for each in contacts_with_plane(one, plane, Tolerances())]
+        for other in self._near.neighbours(name, REACH):
+            contacts += contacts_between(one, self._solids[other], 0.0, Tolerances())
+        for contact in contacts:
+            if len(contact.normals_W) == 1:
+                (normal,) = contact.normals_W
+                yield scale(1.0 if contact.lower == name else -1.0, normal), contact.points_W
 
 
 # Mistakes.
@@ -174,13 +269,19 @@ def invalid_loads(built: ResolvedScenario, scenario: Scenario, source: Source) -
             yield Diagnostic("SD204", span, message, f"write a level from 1 to {built.levels}")
         if not unknown:
             yield from _misplaced(load, path, built, source)
+            yield from _dry(load, path, built, source)
             yield from _early(load, number, path, built, source)
+    loaded = [len(loaded_bricks(load, built)) for load in scenario.loads]
+    if sum(loaded) > MAX_LOADED:
+        number = next(number for number, total in enumerate(accumulate(loaded)) if total > MAX_LOADED)
+        message = f"all loads together act on {sum(loaded)} bricks; the maximum is {MAX_LOADED}"
+        yield Diagnostic("SD206", source.span_of(("loads", number)), message, "load fewer bricks")
     if scenario.loads:
         yield from _unjudged(built, scenario, source)
 
 
 def _misplaced(load: Load, path: KeyPath, built: ResolvedScenario, source: Source) -> Iterator[Diagnostic]:
-    """Report faces that no brick has, and points outside of bricks."""
+    """Report faces that no brick has, fluids that reach no face, and points outside of bricks."""
     for brick in loaded_bricks(load, built):
         if load.face is not None and isinstance(wrong := face_of(brick, load.face), str):
             hint = "write the outward direction of one face: top, bottom, or a horizontal bearing such as 90 deg"
@@ -198,11 +299,21 @@ def _misplaced(load: Load, path: KeyPath, built: ResolvedScenario, source: Sourc
                 yield Diagnostic("SD207", source.span_of((*path, key)), message, hint)
 
 
+def _dry(load: Load, path: KeyPath, built: ResolvedScenario, source: Source) -> Iterator[Diagnostic]:
+    """Report a fluid whose surface is below all loaded faces."""
+    bricks = loaded_bricks(load, built)
+    lowest = min((bounds_W(brick.written.shape, brick.written.pose)[0][2] for brick in bricks), default=0.0)
+    if load.surface is not None and load.surface <= lowest:
+        message = f"the surface of the fluid is not above the loaded bricks, which begin at {mm(lowest)}"
+        hint = "write the height of the surface above the ground"
+        yield Diagnostic("SD207", source.span_of((*path, "surface")), message, hint)
+
+
 def _early(load: Load, number: int, path: KeyPath, built: ResolvedScenario, source: Source) -> Iterator[Diagnostic]:
     """Report bricks that are pulled out before their load begins, or fall into place."""
     if built.timing_mistakes:
         return
-    key = next(key for key in ("brick", "bricks", "level") if getattr(load, key) is not None)
+    key = next(key for key in ("brick", "bricks", "level", "all") if getattr(load, key) is not None)
     for brick in loaded_bricks(load, built):
         if brick.removed is not None and brick.removed <= built.loaded[number]:
             message = f"brick '{brick.name}' is pulled out before this load begins"
@@ -223,8 +334,26 @@ def _unjudged(built: ResolvedScenario, scenario: Scenario, source: Source) -> It
         yield Diagnostic(
             "SD211", source.key_span_of(("samples",)), message, "remove `samples` and all `uncertain` values"
         )
+    yield from _of_other_shapes(built, scenario, source)
     yield from _handled(scenario, source)
     yield from _claimed(built, scenario, source)
+
+
+def _of_other_shapes(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Report wind and fluids on bricks whose faces are round, or hidden inside."""
+    for number, load in enumerate(scenario.loads):
+        if load.wind is not None and any(
+            isinstance(each.written.shape, Compound | RoundSolid) for each in built.bricks
+        ):
+            message = "`wind` is not computed beside round bricks and bricks of several parts"
+        elif load.fluid is not None and any(
+            isinstance(each.written.shape, RoundSolid) for each in loaded_bricks(load, built)
+        ):
+            message = "`fluid` is not computed on round bricks"
+        else:
+            continue
+        span = source.key_span_of(("loads", number, load.kind))
+        yield Diagnostic("SD211", span, message, "write `pressure` on the faces that it meets")
 
 
 def _handled(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:

@@ -29,6 +29,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.equilibrium import separating_motion
 from stability.statics.fall_description import described
 from stability.statics.initial_motion import find_start
+from stability.supports import SupportMotion
 from stackdsl.timeline import (
     HandAction,
     JointsAction,
@@ -216,7 +217,9 @@ MOST_FOR_PROGRAMS = 60  # bricks; above, margins and remedies take many seconds 
 def margins_of(trace: Trace, requested: Collection[str]) -> VerdictMargins:
     """Return the requested margins of the bricks that are frozen at the end of a run."""
     assembly = frozen_assembly(trace)
-    return margins_of_assembly(assembly, requested) if assembly is not None else VerdictMargins()
+    if assembly is None or trace.world is None:
+        return VerdictMargins()
+    return margins_of_assembly(assembly, requested, supports=trace.world.supports)
 
 
 def frozen_assembly(trace: Trace) -> Assembly | None:
@@ -234,7 +237,10 @@ def frozen_assembly(trace: Trace) -> Assembly | None:
 
 
 def margins_of_assembly(
-    assembly: Assembly, requested: Collection[str] = ALL, on_stage: Callable[[str], None] = lambda _: None
+    assembly: Assembly,
+    requested: Collection[str] = ALL,
+    on_stage: Callable[[str], None] = lambda _: None,
+    supports: Sequence[SupportMotion] = (),
 ) -> VerdictMargins:
     """Return the requested margins of an assembly; none if it is not proven to stand.
 
@@ -254,6 +260,7 @@ def margins_of_assembly(
         margins = _shaken(problem, assembly.gravity, margins)
     if problem.applied:
         margins = replace(margins, tilt=None)  # it reduces the weight that holds against the loads
+    margins = replace(margins, settlement=_settlement(assembly, supports if "settlement" in requested else ()))
     if problem.has_joints:
         return margins  # the other margins are those of dry structures
     if "friction" in requested:
@@ -338,6 +345,18 @@ def _shaken(problem: Problem, gravity: float, margins: VerdictMargins) -> Verdic
     return replace(
         margins, acceleration=worst.value, apart=alone, bearing=bearing, tilt=tilt(worst.value), weakest=first
     )
+
+
+def _settlement(assembly: Assembly, supports: Sequence[SupportMotion]) -> float | None:
+    """Return the multiple of the movement of supports that an assembly survives; None if none move, or unknown."""
+    if not supports:
+        return None
+    from stability.analysis.large_motion import support_path  # noqa: PLC0415 -- seldom needed
+
+    moved = support_path(assembly.problem(), supports, assembly.loads)
+    if moved.falls < inf:
+        return moved.holds
+    return None if moved.ends else inf
 
 
 LESS = 1e-3  # share of a margin by which it must be less without friction between side faces to be told

@@ -153,6 +153,13 @@ def choices_at(path: KeyPath) -> tuple[str, ...]:
     return tuple(key for node in nodes_at(path) for one in node.get("oneOf", ()) for key in one["required"])
 
 
+def rivals_at(path: KeyPath) -> tuple[str, ...]:
+    """Return the keys of which a mapping has exactly one, if the key at the end of a path is one of them."""
+    nodes = [inner for node in nodes_at(path[:-1]) for inner in (node, *node.get("allOf", ()))]
+    choices = [[key for one in node["oneOf"] for key in one.get("required", ())] for node in nodes if "oneOf" in node]
+    return next((tuple(keys) for keys in choices if path[-1] in keys), ())
+
+
 def example_at(path: KeyPath) -> Any:  # noqa: ANN401 -- any value of YAML
     """Return a value that is valid at a path; None if the schema has no example of it."""
     return _example(nodes_at(path))

@@ -1,11 +1,11 @@
-"""Loads of a scenario: lasting forces, weights, pressures, moments and line loads on bricks."""
+"""Loads of a scenario: lasting forces, weights, pressures, wind, liquids, accelerations and moments on bricks."""
 
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import Annotated, ClassVar, Final, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -13,7 +13,9 @@ from stability.model import Vec3
 from stackdsl.language import value_types as t
 from stackdsl.language.model_base import AnchorText, Timed
 from stackdsl.language.quantities import (
+    ACCELERATION,
     ANGLE,
+    DENSITY,
     DURATION,
     FORCE,
     LINE_LOAD,
@@ -21,6 +23,7 @@ from stackdsl.language.quantities import (
     MOMENT,
     PRESSURE,
     SHARE,
+    UNIT_WEIGHT,
     Dimension,
     InputError,
     as_text,
@@ -124,23 +127,25 @@ def _growing(read: Callable[[object], float], pattern: str, dimension: Dimension
 
 
 class Weighed(float):
-    """A mass, whose weight depends on the gravity of the scene [kg]."""
+    """A mass [kg] or a density [kg/m3], whose weight depends on the gravity of the scene."""
 
 
-def _read_weight(written: object) -> float:
-    """Read a weight: a force [N], or a mass [kg]."""
-    text = as_text(written, FORCE)
-    if re.search(r"(?<![A-Za-z])k?g$", text):
-        return Weighed(parse_quantity(written, MASS))
+def _read_weighed(written: object, mass: Dimension, force: Dimension, noun: str) -> float:
+    """Read a weight as a force, or as a mass; or both per volume."""
+    text = as_text(written, force)
+    if re.search(r"(?<![A-Za-z])k?g(/c?m\^?[3³])?$", text):
+        return Weighed(parse_quantity(written, mass))
     try:
-        exact_quantity(text, FORCE)
+        exact_quantity(text, force)
     except InputError as error:
-        hint = "write a mass such as 20 kg, or a force such as 200 N"
-        raise InputError(error.code, error.message.replace("a force", "a weight"), hint) from error
-    return parse_quantity(written, FORCE)
+        hint = f"write {mass.noun} such as {mass.example}, or {force.noun} such as {force.example}"
+        raise InputError(error.code, error.message.replace(force.noun, noun), hint) from error
+    return parse_quantity(written, force)
 
 
-_WEIGHT: Final = _growing(_read_weight, rf"(?:{quantity_pattern(MASS)}|{quantity_pattern(FORCE)})", MASS)
+def _weighed(mass: Dimension, force: Dimension, noun: str) -> t.Reads:
+    read = partial(_read_weighed, mass=mass, force=force, noun=noun)
+    return _growing(read, rf"(?:{quantity_pattern(mass)}|{quantity_pattern(force)})", mass)
 
 
 Place = tuple[t.Length, t.Length, t.Length]
@@ -155,11 +160,22 @@ class Load(Timed):
     after: AnchorText | None = Field(None, description="event after which the load begins")
 
     force: Annotated[Amount, _amount(FORCE)] | None = Field(None, description="force in the direction of `towards`")
-    weight: Annotated[Amount, _WEIGHT] | None = Field(
+    weight: Annotated[Amount, _weighed(MASS, FORCE, "a weight")] | None = Field(
         None, description="weight that lies on the brick: a mass, or a force downwards"
     )
     pressure: Annotated[Amount, _amount(PRESSURE)] | None = Field(
         None, description="pressure on the whole of `face`; negative for suction"
+    )
+    wind: Annotated[Amount, _amount(PRESSURE)] | None = Field(
+        None, description="pressure on the area that the wind sees, in the direction of `towards`"
+    )
+    fluid: Annotated[Amount, _weighed(DENSITY, UNIT_WEIGHT, "a weight per volume")] | None = Field(
+        None,
+        description="weight per volume of a liquid at `face`, or of soil times its coefficient of earth pressure; "
+        "the pressure grows with the depth below `surface`",
+    )
+    acceleration: Annotated[Amount, _amount(ACCELERATION)] | None = Field(
+        None, description="acceleration that acts on the mass of each brick in the direction of `towards`"
     )
     moment: Annotated[Amount, _amount(MOMENT)] | None = Field(
         None, description="moment about an axis in the direction of `about`, by the right-hand rule"
@@ -175,6 +191,8 @@ class Load(Timed):
     level: t.Levels | None = Field(
         None, description="loaded level, whose bricks share a force, a weight or a moment equally"
     )
+
+    all: Literal[True] | None = Field(None, description="`true`: all bricks of the structure")
 
     table: Table | None = Field(
         None,
@@ -194,6 +212,9 @@ class Load(Timed):
     face: FaceName | None = Field(
         None, description="loaded face, by its outward direction: `top`, `bottom`, or a horizontal bearing"
     )
+    surface: t.Length | None = Field(
+        None, description="height of the surface of the fluid above the ground; default: the top of the loaded bricks"
+    )
     point: Place | None = Field(
         None,
         description="point of application, relative to the centre of the brick, along the axes of the scene; "
@@ -202,18 +223,30 @@ class Load(Timed):
     from_: Place | None = Field(None, alias="from", description="beginning of a line load, as `point`")
     to: Place | None = Field(None, description="end of a line load, as `point`")
 
-    one_of: ClassVar[tuple[str, ...]] = ("force", "weight", "pressure", "moment", "line")
-    also_one_of: ClassVar[tuple[str, ...]] = ("brick", "bricks", "level")
+    one_of: ClassVar[tuple[str, ...]] = (
+        "force",
+        "weight",
+        "pressure",
+        "wind",
+        "fluid",
+        "acceleration",
+        "moment",
+        "line",
+    )
+    also_one_of: ClassVar[tuple[str, ...]] = ("brick", "bricks", "level", "all")
     examples: ClassVar = {"force": "50 N", "brick": "L3.1"}
     # The keys of each kind of load: those that it needs, and those that it may have.
     needs: ClassVar = {
         "force": ("towards",),
         "weight": (),
         "pressure": ("face",),
+        "wind": ("towards",),
+        "fluid": ("face",),
+        "acceleration": ("towards",),
         "moment": ("about",),
         "line": ("towards", "from_", "to"),
     }
-    allows: ClassVar = {"force": ("point", "face"), "weight": ("point", "face")}
+    allows: ClassVar = {"force": ("point", "face"), "weight": ("point", "face"), "fluid": ("surface",)}
     values: ClassVar = {
         "towards": "towards: 90 deg` or `towards: down",
         "about": "about: 90 deg",
@@ -224,7 +257,7 @@ class Load(Timed):
 
     @property
     def amount(self) -> Amount:
-        """Return the force, weight, pressure, moment or force per length."""
+        """Return the amount of the load."""
         written: Amount = getattr(self, self.kind)
         return written
 
@@ -238,7 +271,7 @@ class Load(Timed):
 
     @property
     def is_mass(self) -> bool:
-        """True if the amounts are masses [kg]."""
+        """True if the amounts are masses [kg] or densities [kg/m3]."""
         amounts = (self.amount.first, self.amount.last) if isinstance(self.amount, Growing) else (self.amount,)
         return any(isinstance(amount, Weighed) for amount in amounts)
 
@@ -281,7 +314,7 @@ class Load(Timed):
                 named = {"towards": "direction", "about": "axis"}.get(key)
                 what = f"no {named}" if named else f"no `{self._spelling(key)}`"
                 raise InputError("SD102", f"the load `{kind}` has {what}", f"add `{self.values[key]}`")
-        for key in ("towards", "about", "face", "point", "from_", "to"):
+        for key in ("towards", "about", "face", "surface", "point", "from_", "to"):
             if getattr(self, key) is not None and key not in (*self.needs[kind], *self.allows.get(kind, ())):
                 raise InputError("SD108", f"`{self._spelling(key)}` does not apply to the load `{kind}`", "remove it")
         return self

@@ -211,9 +211,12 @@ ACCELERATION: Final = Dimension(
 SPEED: Final = Dimension("a speed", ("m/s", "cm/s", "mm/s"), "2 m/s", 0.0, 20.0, positive=True)
 IMPULSE: Final = Dimension("an impulse", ("N*s", "mN*s", "kg*m/s", "g*m/s"), "0.01 N*s", -1e6, 1e6)
 FORCE: Final = Dimension("a force", ("N", "kN", "mN", "kg*m/s2"), "2 N", 0.0, 1e9)
-PRESSURE: Final = Dimension("a pressure", ("kPa", "Pa", "MPa", "N/m2", "kN/m2", "N/mm2"), "1 kPa", -1e9, 1e9)
-MOMENT: Final = Dimension("a moment", ("N*m", "kN*m", "N*mm", "mN*m"), "5 N*m", -1e9, 1e9)
-LINE_LOAD: Final = Dimension("a force per length", ("N/m", "kN/m", "N/mm"), "2 kN/m", 0.0, 1e9)
+PRESSURE: Final = Dimension("a pressure", ("kPa", "Pa", "MPa", "N/m2", "kN/m2", "N/mm2", "kg/m/s2"), "1 kPa", -1e9, 1e9)
+MOMENT: Final = Dimension("a moment", ("N*m", "kN*m", "N*mm", "mN*m", "kg*m2/s2"), "5 N*m", -1e9, 1e9)
+UNIT_WEIGHT: Final = Dimension(
+    "a weight per volume", ("kN/m3", "N/m3", "kg/m2/s2"), "10 kN/m3", 0.0, 1e9, positive=True
+)
+LINE_LOAD: Final = Dimension("a force per length", ("N/m", "kN/m", "N/mm", "kg/s2"), "2 kN/m", 0.0, 1e9)
 STRENGTH: Final = Dimension("a strength", ("MPa", "kPa", "Pa", "N/mm2", "kg/m/s2"), "0.2 MPa", 0.0, 1e12)
 COUNT: Final = Dimension("a count", (), "<= 2", 0, 10**9, needs_unit=False, whole=True)
 LEVEL: Final = Dimension("a level", (), "level 9 ± 1", 1, 10**9, needs_unit=False, whole=True, prefix="level")

@@ -290,6 +290,7 @@ REPEATABLE: Final = (
     "build",
     "impacts",
     "loads",
+    "supports",
     "expect",
     "truth",
 )  # lists of repeatable items, besides `bricks` of a step

@@ -33,6 +33,7 @@ from stackdsl.language.loads import Loads, in_order_of_time
 from stackdsl.language.model_base import AnchorText, AuthorModel, Shorthand, Timed, default, with_kinds
 from stackdsl.language.quantities import InputError
 from stackdsl.language.records import Record, RecordFile, joined_courses
+from stackdsl.language.supports import Supports
 from stackdsl.language.value_types import MAX_BRICKS
 
 # Friction of particular pairs, besides the one coefficient that most scenarios have.
@@ -436,7 +437,8 @@ class Scenario(AuthorModel):
     impacts: Annotated[tuple[Impact, ...], Field(max_length=1000)] = Field(
         (), description="actions on the structure, such as throws, pushes and removals"
     )
-    loads: Loads = Field((), description="lasting forces, weights, pressures, moments and line loads on bricks")
+    loads: Loads = Field((), description="lasting forces, weights, pressures, wind and others on bricks")
+    supports: Supports = Field((), description="movements of the ground below bricks, until the structure falls")
     samples: t.Samples | None = Field(
         None, description="maximum number of random samples; claims then state the share of samples in which they hold"
     )

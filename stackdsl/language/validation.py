@@ -249,7 +249,7 @@ def _meant_keys(details: Iterable[ErrorDetails], source: Source) -> dict[KeyPath
     That is a missing key, or an optional one whose values are neither any words nor quantities: `built` under `at`
     means `after`.
     """
-    from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+    from stackdsl.language.json_schema import keys_at, rivals_at  # noqa: PLC0415 -- only mistakes need it
 
     missing: defaultdict[KeyPath, list[str]] = defaultdict(list)
     for detail in details:
@@ -261,7 +261,9 @@ def _meant_keys(details: Iterable[ErrorDetails], source: Source) -> dict[KeyPath
         if not isinstance(written, str) or not path or (code := _explain(detail, source).code) not in VALUE_CODES:
             continue
         around = path[:-1]
-        free = (key for key in keys_at(around) if (*around, key) not in source.value_spans)
+        # A key of which a mapping has exactly one can only be exchanged for another of these.
+        possible = rivals_at(path) or keys_at(around)
+        free = (key for key in possible if (*around, key) not in source.value_spans)
         fitting = [key for key in missing[around] if _permits((*around, key), written)]
         if not fitting and (code == "SD106" or not QUANTITY.fullmatch(written)):
             fitting = [key for key in free if _is_value_of((*around, key), written)]

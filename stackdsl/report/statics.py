@@ -37,6 +37,7 @@ from stackdsl.language.claims.margin import Margin
 from stackdsl.language.joints import JointOfBricks, MortarOrGlue, StudGrid
 from stackdsl.language.loads import Amount, Growing, Load
 from stackdsl.language.schema import Scenario
+from stackdsl.language.supports import Support
 from stackdsl.report.blocks import Block, blocks_text, hanging, line, table
 from stackdsl.report.warnings import modified_text
 from stackdsl.shown_text import without_commands
@@ -441,6 +442,7 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     yield from map(_joint_line, scenario.joints)
     yield from _mortar_lines(scenario)
     yield from map(_load_line, scenario.loads)
+    yield from map(_support_line, scenario.supports)
     kinds = [scenario.brick, *(step.brick for step in scenario.build)]
     kinds += [brick.brick for step in scenario.build for brick in step.bricks or ()]
     for studs in dict.fromkeys(kind.studs for kind in kinds if kind is not None and kind.studs is not None):
@@ -506,22 +508,37 @@ def _bond_text(bond: MortarOrGlue) -> str:
 
 def _load_line(load: Load) -> str:
     """Return a load in words, with its direction, its place and its bricks."""
-    unit = "kg" if load.is_mass else UNITS_OF_LOADS[load.kind]
+    unit = MASSES.get(load.kind, "") if load.is_mass else UNITS_OF_LOADS[load.kind]
     parts = [f"{load.kind} of {_amount_text(load.amount, unit)}"]
     parts += [f"times a table up to {time_text(load.table[-1][0])}"] if load.table is not None else []
     parts += [f"towards {_direction_text(load.towards)}"] if load.towards is not None else []
     parts += [f"about {_direction_text(load.about)}"] if load.about is not None else []
     parts += [f"on face {_direction_text(load.face)}"] if load.face is not None else []
+    parts += [f"up to a height of {load.surface:g} m"] if load.surface is not None else []
     parts += [f"at {_mm(load.point)} mm from the centre"] if load.point is not None else []
     parts += (
         [f"from {_mm(load.from_)} mm to {_mm(load.to)} mm"] if load.from_ is not None and load.to is not None else []
     )
     names = names_text([load.brick] if load.brick is not None else load.bricks or ())
-    parts += [f"on level {load.level}" if load.level is not None else f"on {names}"]
+    where = "all bricks" if load.all else f"level {load.level}" if load.level is not None else names
+    parts += [f"on {where}"]
     return f"  load: {' '.join(parts)}"
 
 
-UNITS_OF_LOADS = {"force": "N", "weight": "N", "pressure": "Pa", "moment": "N*m", "line": "N/m"}
+def _support_line(support: Support) -> str:
+    """Return the movement of a support in words."""
+    parts = [f"by {_mm(support.by)} mm"] if support.by is not None else []
+    if support.turn is not None and support.about is not None:
+        parts.append(f"turned by {degrees(support.turn):g} deg about {_direction_text(support.about)}")
+        parts += [f"around {_mm(support.around)} mm"] if support.around is not None else []
+    return f"  support: under {names_text(support.under)} {', '.join(parts)}"
+
+
+UNITS_OF_LOADS = {
+    **{"force": "N", "weight": "N", "pressure": "Pa", "wind": "Pa", "fluid": "N/m3"},
+    **{"acceleration": "m/s2", "moment": "N*m", "line": "N/m"},
+}
+MASSES = {"weight": "kg", "fluid": "kg/m3"}
 
 
 def _amount_text(amount: Amount, unit: str) -> str:
@@ -666,7 +683,8 @@ def missed_lines(case: Case, assembly: Assembly) -> Iterator[str]:
     for claim in claims:
         if not isinstance(claim, Margin):
             continue
-        margins = margins_of_assembly(assembly, claim.needed_margins)
+        supports = case.timeline.world.supports
+        margins = margins_of_assembly(assembly, claim.needed_margins, supports=supports)
         found = claim.compared(margins)
         if found.passed:
             continue

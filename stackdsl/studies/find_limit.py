@@ -22,11 +22,13 @@ from stackdsl.judging.proofs import proofs_of
 from stackdsl.judging.remedies import with_friction, with_mass
 from stackdsl.language.expressions import constant, unit_text
 from stackdsl.language.quantities import COEFFICIENT, MASS, InputError, in_si
+from stackdsl.studies.large_motion import settled_in
 from stackdsl.studies.limit_search import (
     EVERYWHERE,
     LARGE,
     Compiled,
     Range,
+    SearchError,
     SearchResult,
     SearchStart,
     SearchTarget,
@@ -46,16 +48,12 @@ from stackdsl.timeline import Timeline, leaves_to_engine
 
 FRICTION: Final = "friction"
 SHAKEN: Final = ("acceleration", "tilt")  # of the whole finished structure
-BUILT_IN: Final = (FRICTION, *SHAKEN, "mass of BRICK")
+BUILT_IN: Final = (FRICTION, *SHAKEN, "mass of BRICK", "settlement")
 PLAYED: Final = "; statics ends before a throw, push or drop; vary its numbers with `matrix`"
 USUAL: Final[Mapping[str, float]] = {"m": 0.01, "rad": 0.02, "kg": 0.01}  # size of the first steps from zero, in SI
 GRAM: Final = 1e-3  # [kg]
 
 _MASS: Final = re.compile(r"mass\s+of\s+(?P<brick>.+)")
-
-
-class SearchError(ValueError):
-    """The scenario has no number of this name, or the number has no limit that can be searched for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -346,6 +344,9 @@ class LimitRequest:
     bearing: float | None = None  # downhill direction of a tilt or an acceleration [rad]; None for the worst
 
 
+SETTLEMENT: Final = "settlement"
+
+
 def find_in(
     case: Case, name: str, request: LimitRequest, on_trial: Callable[[int], None] = lambda _: None
 ) -> FoundLimit:
@@ -355,6 +356,8 @@ def find_in(
     """
     if request.want is not Want.MOST and is_shaken(case, request.name):
         return _shaken(case, name, request)
+    if request.name == SETTLEMENT and case.timeline.world.supports and SETTLEMENT not in names_in(case):
+        return _settled(case, name, request)
     if request.bearing is not None:
         raise SearchError("a bearing applies only to the tilt or acceleration of the finished structure; remove it")
     variable = search_variable_of(case, request.name, request.want is not Want.LEAST)
@@ -510,6 +513,37 @@ def _shaken(case: Case, name: str, request: LimitRequest) -> FoundLimit:
         is_open=falls < inf
         and falls - stands > 1.01 * request.accuracy * falls,  # programs reach the accuracy except for rounding
         judged=judged,
+        bricks=bricks,
+    )
+
+
+def _settled(case: Case, name: str, request: LimitRequest) -> FoundLimit:
+    """Return the largest movement of the supports, in proportion to what is written."""
+    if request.want is not Want.LARGEST or request.low or request.high or request.bearing is not None:
+        raise SearchError("the settlement is followed from zero to the fall; use --largest settlement alone")
+    followed = settled_in(case, name)
+    motion = followed.motion
+    if motion.ends:
+        raise SearchError(
+            f"the movement is followed to {followed.movement(motion.holds):.6g} {followed.unit}: {motion.ends}"
+        )
+    bricks = len(case.timeline.placements)
+    end, stands = (End.NONE, motion.holds) if motion.falls == inf else (End.LIMIT, motion.holds)
+    return FoundLimit(
+        name,
+        request.want,
+        request.name,
+        followed.unit,
+        followed.scale,
+        end,
+        followed.movement(stands),
+        None if motion.falls == inf else followed.movement(motion.falls),
+        pi / 180.0 if followed.unit == "deg" else 1e-3,
+        high=followed.movement(stands),
+        why=followed.why,
+        by_program=True,
+        verdicts=len(motion.positions),
+        judged=bricks,
         bricks=bricks,
     )
 

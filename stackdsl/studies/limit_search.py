@@ -20,6 +20,10 @@ LARGE: Final = 250  # bricks: above, and above four times the written number, a 
 Compiled: TypeAlias = Callable[[float], tuple[Timeline | None, Sequence[Diagnostic]]]
 
 
+class SearchError(ValueError):
+    """The scenario has no number of this name, or the number has no limit that can be searched for."""
+
+
 class TrialVerdict(StrEnum):
     """The verdict of one number."""
 

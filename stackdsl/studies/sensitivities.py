@@ -25,7 +25,8 @@ from stability.statics.assembly import Assembly
 from stability.statics.structure import Structure
 from stackdsl.checking.cases import Case
 from stackdsl.judging.proofs import NO_MARGIN, Proofs, proofs_of
-from stackdsl.studies.find_limit import SearchError, SearchVariable, names_in, search_variable_of
+from stackdsl.studies.find_limit import SearchVariable, names_in, search_variable_of
+from stackdsl.studies.limit_search import SearchError
 
 SHARE: Final = 0.01  # of each number: the change by which effects are compared
 NEAR: Final = 1e-6  # of each number: step for derivatives of the problem data

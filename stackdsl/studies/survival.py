@@ -10,7 +10,7 @@ from stability.notebook import Printed, display_of
 from stability.statics.fall_description import fall_side
 from stackdsl.checking.cases import Case
 from stackdsl.judging.proofs import ALL, NO_MARGIN, Proofs, Survival, margins_of_assembly, proofs_of, survival_of
-from stackdsl.studies.find_limit import SearchError
+from stackdsl.studies.limit_search import SearchError
 from stackdsl.trace import VerdictMargins
 from stackdsl.wording import side_text
 

@@ -23,6 +23,7 @@ from stackdsl.trace import EventKind
 from stackdsl.viewing.run_view import RunView, ShownProof
 from stackdsl.viewing.style import token
 from stackdsl.viewing.svg import width_of
+from stackdsl.viewing.thrust import Thrust
 
 # Views: parallel projections, without perspective.
 
@@ -493,14 +494,55 @@ class ForceScale:
         return sorted((arrow for arrow in arrows if arrow.share > SMALLEST), key=lambda arrow: arrow.share)
 
 
-def arrow_shapes(arrows: Iterable[Arrow], paper: DrawingArea) -> Iterator[str]:
-    """Yield arrows with a halo; a larger force is thicker and darker."""
+def load_scale(proofs: Sequence[tuple[ShownProof, View]], bricks: Sequence[Brick]) -> ForceScale | None:
+    """Return the common scale of the loads of some proofs, whose sizes differ from those of contact forces."""
+    forces = [view.on_paper(np.array([load.force_W]))[0] for proof, view in proofs for load in proof.loads]
+    most = max((float(np.linalg.norm(force)) for force in forces), default=0.0)
+    return ForceScale(most, LONGEST * max(brick.shape.length for brick in bricks)) if most > 0.0 else None
+
+
+def load_arrows(proof: ShownProof, view: View, scale: ForceScale) -> list[Arrow]:
+    """Return the loads on bricks, each with its tip where it acts."""
+    arrows = []
+    for load in proof.loads:
+        (tip,), (force,) = view.on_paper(np.array([load.point_W])), view.on_paper(np.array([load.force_W]))
+        share = float(np.linalg.norm(force)) / scale.most
+        arrows.append(Arrow(tip - force * scale.longest / scale.most, tip, share))
+    return [arrow for arrow in arrows if arrow.share > SMALLEST]
+
+
+THRUST = 2.5  # [px] width of a line of thrust
+HINGE = 4.0  # [px] radius of a hinge
+
+
+def thrust_shapes(thrust: Thrust, view: View, paper: DrawingArea) -> Iterator[str]:
+    """Yield the line of thrust, and its hinges."""
+    line, halo = token("fail"), token("halo")
+    ends = [paper.place(view.on_paper(np.array((each.begin_W, each.end_W)))).tolist() for each in thrust.lines]
+    path = "".join(f"M{x:.1f} {y:.1f}L{u:.1f} {v:.1f}" for (x, y), (u, v) in ends)
+    for colour, wide in ((halo, THRUST + 2.0), (line, THRUST)):
+        yield f'<path class="thrust" d="{path}" stroke="{colour}" stroke-width="{wide:g}" stroke-linecap="round"/>'
+    for _, point in thrust.hinges:
+        ((x, y),) = paper.place(view.on_paper(np.array([point]))).tolist()
+        yield hinge_shape(x, y)
+
+
+def hinge_shape(x: float, y: float) -> str:
+    """Return a hinge at a place on paper [px]."""
+    return (
+        f'<circle class="hinge" cx="{x:.1f}" cy="{y:.1f}" r="{HINGE:g}" fill="{token("scene")}" '
+        f'stroke="{token("fail")}" stroke-width="2"/>'
+    )
+
+
+def arrow_shapes(arrows: Iterable[Arrow], paper: DrawingArea, colour: str = "") -> Iterator[str]:
+    """Yield arrows with a halo; a larger force is thicker and darker, unless all have one `colour`."""
     for arrow in arrows:
         tail, tip = paper.place(np.array((arrow.tail, arrow.tip))).tolist()
-        yield from arrow_shape(tail, tip, arrow.share)
+        yield from arrow_shape(tail, tip, arrow.share, colour)
 
 
-def arrow_shape(tail: Sequence[float], tip: Sequence[float], share: float) -> Iterator[str]:
+def arrow_shape(tail: Sequence[float], tip: Sequence[float], share: float, colour: str = "") -> Iterator[str]:
     """Yield an arrow between two places on paper [px]; nothing if it is too short to be seen."""
     (x1, y1), (x2, y2) = tail, tip
     length = hypot(x2 - x1, y2 - y1)
@@ -508,7 +550,7 @@ def arrow_shape(tail: Sequence[float], tip: Sequence[float], share: float) -> It
         return
     x, y = (x2 - x1) / length, (y2 - y1) / length
     wide, head = 1.5 + 2.0 * share, min(0.6 * length, 5.0 + 6.0 * share)
-    colour, halo = token(RAMP[min(len(RAMP) - 1, int(share * len(RAMP)))]), token("halo")
+    colour, halo = colour or token(RAMP[min(len(RAMP) - 1, int(share * len(RAMP)))]), token("halo")
     sides = [(x2 - head * (x + side * 0.45 * y), y2 - head * (y - side * 0.45 * x)) for side in (-1.0, 1.0)]
     line = f"M{x1:.1f} {y1:.1f}L{x2 - 0.8 * head * x:.1f} {y2 - 0.8 * head * y:.1f}"
     tips = _path(np.array(((x2, y2), *sides)))
@@ -592,6 +634,7 @@ class Overlay(Flag):
 
     FORCES = auto()  # of the proof that holds
     NAMES = auto()
+    THRUST = auto()  # line of thrust of these forces, and hinges
     JOINTS = auto()  # colours by the use of joints, in place of those of states
 
 

@@ -41,8 +41,11 @@ from stackdsl.viewing.drawing import (
     faces_of,
     force_text,
     ground_shapes,
+    hinge_shape,
     joint_uses,
     joint_uses_at,
+    load_arrows,
+    load_scale,
     moving_at,
     names_on,
     proof_at,
@@ -51,6 +54,7 @@ from stackdsl.viewing.drawing import (
     round_below,
     solids_at,
     states_at,
+    thrust_shapes,
 )
 from stackdsl.viewing.run_view import RunView
 from stackdsl.viewing.style import token
@@ -92,10 +96,12 @@ class Sheet:
     def __init__(self, run: RunView, heading: str, panels: Sequence[Panel], at_once: int) -> None:
         frames = [panel.frame for panel in panels]
         self._run, self._forces = run, _force_scale(run, frames)
-        self._layout = layout = Layout.of(run, frames, self._forces, at_once)
+        self._loads = _load_scale(run, frames)
+        self._layout = layout = Layout.of(run, frames, self._forces, self._loads, at_once)
         self._wide = max(layout.columns * (layout.wide + GAP) - GAP, width_of(run.name, NAME), 2.0 * LEAST_WIDE)
         self._headings = wrapped(heading, self._wide)
         self._legend = list(_legend(run, frames, self._forces, layout.scale))
+        self._legend += _marks_in_legend(run, frames, self._loads, layout.scale)
         self._least_lines = max(map(self._lines, panels)) if at_once == 1 else 0  # all frames of a film have one size
 
     def drawn(self, panels: Sequence[Panel]) -> str:
@@ -132,7 +138,7 @@ class Sheet:
     def _panel(self, panel: Panel, x: float, y: float, has_bar: bool) -> tuple[set[BodyId], list[str]]:
         """Return the bricks that bear their names in a panel, and its shapes."""
         layout, view = self._layout, panel.frame.view
-        drawing, named = _drawing(self._run, panel.frame, layout.area(view), self._forces)
+        drawing, named = _drawing(self._run, panel.frame, layout.area(view), self._forces, self._loads)
         size = f'x="{x:g}" y="{y:g}" width="{layout.wide:g}" height="{layout.high:g}"'
         shapes = [f"<svg {size}>", *drawing, *(_bar_shapes(view, layout) if has_bar else ()), "</svg>"]
         shapes.append(f'<rect {size} fill="none" stroke="{GRID}"/>')
@@ -148,8 +154,8 @@ class Sheet:
 
 def thumbnail(run: RunView, frame: Frame, width: float, height: float) -> str:
     """Return a drawing without texts as SVG. Raises TooMuchWorkError."""
-    area = _filled(*_bounds(run, [frame], None), width, height)
-    return svg_of(width, height, _drawing(run, frame, area, None)[0], adapts=False)
+    area = _filled(*_bounds(run, [frame], None, None), width, height)
+    return svg_of(width, height, _drawing(run, frame, area, None, None)[0], adapts=False)
 
 
 def design(timeline: Timeline, width: float, height: float) -> str:
@@ -186,11 +192,18 @@ class Layout:
     bottoms: Mapping[str, Array]  # middle of the lower edge of a drawing, by view [m]
 
     @classmethod
-    def of(cls, run: RunView, frames: Sequence[Frame], forces: ForceScale | None, at_once: int) -> "Layout":
+    def of(
+        cls,
+        run: RunView,
+        frames: Sequence[Frame],
+        forces: ForceScale | None,
+        loads: ForceScale | None,
+        at_once: int,
+    ) -> "Layout":
         """Return the layout with the largest scale; of those of about the same scale, the one with most columns."""
         views = {frame.view.name: frame.view for frame in frames}
         bounds = {
-            name: _bounds(run, [frame for frame in frames if frame.view is view], forces)
+            name: _bounds(run, [frame for frame in frames if frame.view is view], forces, loads)
             for name, view in views.items()
         }
         most = np.max([high - low for low, high in bounds.values()], axis=0)
@@ -223,7 +236,9 @@ class Layout:
         return DrawingArea(self.bottoms[view.name] - foot / self.scale, self.scale, self.wide, self.high)
 
 
-def _bounds(run: RunView, frames: Sequence[Frame], forces: ForceScale | None) -> tuple[Array, Array]:
+def _bounds(
+    run: RunView, frames: Sequence[Frame], forces: ForceScale | None, loads: ForceScale | None
+) -> tuple[Array, Array]:
     """Return two corners (2,) of a rectangle around all that frames of one view show [m]."""
     hitting = {placement.brick.id for placement in run.timeline.placements if placement.hits}
     view, seen, hits = frames[0].view, [np.zeros((0, 2))], list[Array]()
@@ -232,6 +247,8 @@ def _bounds(run: RunView, frames: Sequence[Frame], forces: ForceScale | None) ->
             (hits if name in hitting else seen).append(view.on_paper(solid.corners))
         if forces is not None and (proof := proof_at(run, time)) is not None:
             seen += [np.array((arrow.tail, arrow.tip)) for arrow in forces.arrows(proof, view)]
+        if loads is not None and (proof := proof_at(run, time)) is not None:
+            seen += [np.array((arrow.tail, arrow.tip)) for arrow in load_arrows(proof, view, loads)]
     points = np.concatenate(seen)
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(2), np.ones(2))
     reach = AROUND * (high - low).max()  # flying bricks may come from far away
@@ -242,7 +259,9 @@ def _bounds(run: RunView, frames: Sequence[Frame], forces: ForceScale | None) ->
     return low, np.maximum(high, low + 1e-9)
 
 
-def _drawing(run: RunView, frame: Frame, area: DrawingArea, forces: ForceScale | None) -> tuple[list[str], set[BodyId]]:
+def _drawing(
+    run: RunView, frame: Frame, area: DrawingArea, forces: ForceScale | None, loads: ForceScale | None
+) -> tuple[list[str], set[BodyId]]:
     """Return the shapes of one drawing, and the bricks that bear their names in it."""
     solids = solids_at(run, frame.time)
     colours = {name: state.colour for name, state in states_at(run, frame.time).items()}
@@ -257,6 +276,12 @@ def _drawing(run: RunView, frame: Frame, area: DrawingArea, forces: ForceScale |
     proof = proof_at(run, frame.time)
     arrows = [] if forces is None or proof is None else forces.arrows(proof, frame.view)
     shapes += arrow_shapes(arrows, area)
+    if proof is not None and Overlay.THRUST in frame.overlays:
+        shapes += thrust_shapes(proof.thrust, frame.view, area)
+    if proof is not None and loads is not None:
+        loaded = load_arrows(proof, frame.view, loads)
+        shapes += arrow_shapes(loaded, area, token(LOADS))
+        arrows += loaded
     covers = [area.place(np.array((arrow.tail, arrow.tip))) for arrow in arrows]
     names = names_on(faces, covers) if Overlay.NAMES in frame.overlays else {}
     shapes += names.values()
@@ -268,6 +293,33 @@ def _force_scale(run: RunView, frames: Sequence[Frame]) -> ForceScale | None:
     shown = [frame for frame in frames if Overlay.FORCES in frame.overlays]
     proofs = [(proof, frame.view) for frame in shown if (proof := proof_at(run, frame.time)) is not None]
     return ForceScale.of(proofs, run.recording.bricks)
+
+
+LOADED = Overlay.FORCES | Overlay.THRUST  # marks with which loads are drawn
+LOADS = "accent"  # their colour
+
+
+def _load_scale(run: RunView, frames: Sequence[Frame]) -> ForceScale | None:
+    """Return the common scale of the loads in all frames; None if they show none."""
+    shown = [frame for frame in frames if LOADED & frame.overlays]
+    proofs = [(proof, frame.view) for frame in shown if (proof := proof_at(run, frame.time)) is not None]
+    return load_scale(proofs, run.recording.bricks)
+
+
+def _marks_in_legend(
+    run: RunView, frames: Sequence[Frame], loads: ForceScale | None, scale: float
+) -> Iterator[tuple[Sequence[str], float, str]]:
+    """Yield symbol, its width [px] and text of lines of thrust, hinges and loads."""
+    shown = [frame for frame in frames if Overlay.THRUST in frame.overlays]
+    thrusts = [proof.thrust for frame in shown if (proof := proof_at(run, frame.time)) is not None]
+    if any(thrust.lines for thrust in thrusts):
+        yield [f'<path d="M0 6H24" stroke="{token("fail")}" stroke-width="2.5"/>'], 24.0, "line of thrust of the proof"
+    if any(thrust.hinges for thrust in thrusts):
+        yield [hinge_shape(6.0, 6.0)], SWATCH, "thrust at an edge: a hinge"
+    if loads is not None:
+        force = round_below(loads.most)
+        length = force / loads.most * loads.longest * scale
+        yield list(arrow_shape((0.0, 6.0), (length, 6.0), 0.5, token(LOADS))), length, f"{force_text(force)}: loads"
 
 
 def _bar_shapes(view: View, layout: Layout) -> Iterator[str]:

@@ -14,6 +14,7 @@ from stackdsl.wording import bearing_text, how_many, significant, survived_text
 if TYPE_CHECKING:
     from stackdsl.judging.proofs import Survival
     from stackdsl.studies.fragility_curve import CurvePoint, Fragility
+    from stackdsl.studies.large_motion import FollowedMotion
 
 # Axes, and the frame of a plot with its title, ticks and labels.
 
@@ -173,6 +174,36 @@ def _curve(fragility: "Fragility", known: Sequence["CurvePoint"], across: Axis, 
     points = " ".join(f"{x:.1f},{up.place(share):.1f}" for x, share in shares if share is not None)
     dashed = ' stroke-dasharray="6 4"' if fragility.refused is not None else ""
     return f'<polyline points="{points}" fill="none" stroke="{INK}" stroke-width="1.5"{dashed}/>'
+
+
+# A motion by finite displacements: the thrust of supports that move, or the factor on loads that push over.
+
+
+def drawn_motion(found: "FollowedMotion", suffix: str) -> bytes:
+    """Return a plot of a motion as `.svg` or `.png`. Raises ModuleNotFoundError without resvg for `.png`."""
+    from stackdsl.report.large_motion import ending_text  # noqa: PLC0415 -- numpy, which other plots do without
+
+    of_loads = found.pushed == "loads"
+    points = [(found.movement(p.amount), p.factor if of_loads else found.thrust(p)) for p in found.motion.positions]
+    answers = wrap(ending_text(found), WIDEST)
+    height = HIGH + 16 * len(answers)
+    values = [value for _, value in points] or [0.0]
+    across = Axis(0.0, max((movement for movement, _ in points), default=0.0) * (1.0 + PADDING), 76, WIDE - 28)
+    up = Axis(min(0.0, *values), max(*values, 0.0) * (1.0 + PADDING), height - 60, 64 + 16 * len(answers))
+    x_title = "displacement of the loads along themselves [mm]" if of_loads else f"movement of supports [{found.unit}]"
+    shapes = [*titles(found.case, *answers)]
+    shapes += grid_of(across, up, x_title, "factor on the loads" if of_loads else "largest horizontal thrust [N]")
+    line = " ".join(f"{across.place(x):.1f},{up.place(y):.1f}" for x, y in points)
+    shapes.append(f'<polyline points="{line}" fill="none" stroke="{BLUE}" stroke-width="2"/>')
+    for before, after in pairwise(found.motion.positions):
+        if {(h.lower, h.upper) for h in before.hinges} != {(h.lower, h.upper) for h in after.hinges}:
+            x, y = found.movement(after.amount), after.factor if of_loads else found.thrust(after)
+            shapes.append(f'<circle cx="{across.place(x):.1f}" cy="{up.place(y):.1f}" r="4" fill="{BLUE}"/>')
+    if points and found.motion.falls < inf:
+        x, y = points[-1]
+        shapes.append(f'<circle cx="{across.place(x):.1f}" cy="{up.place(y):.1f}" r="5" fill="{RED}"/>')
+    wide = 48.0 + max(WIDE - 48.0, width_of(found.case, TITLE), *(width_of(answer, ANSWER) for answer in answers))
+    return encoded(svg_of(wide, height, shapes), suffix)
 
 
 # The survived acceleration by bearing, as a polar plot.

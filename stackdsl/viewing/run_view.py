@@ -1,6 +1,6 @@
 """All data of one run for display: claims, events, poses, proofs."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
@@ -8,7 +8,7 @@ from math import inf
 from stability.analysis.load_factor import borne_until, load_factor, used_strength
 from stability.analysis.weakest import Weakest
 from stability.dynamics.onset import as_it_begins
-from stability.geometry.vectors import add
+from stability.geometry.vectors import add, rotate
 from stability.model import BodyId, Vec3
 from stability.problem import ZERO, Motion, Placed, Stability, Verdict
 from stability.statics.assembly import Assembly
@@ -34,6 +34,7 @@ from stackdsl.timeline import (
     leaves_to_engine,
 )
 from stackdsl.trace import ACTIONS, UNRELIABLE, EventKind, Trace
+from stackdsl.viewing.thrust import JointForces, Thrust, thrust_of
 from stackdsl.wording import energy_fault
 
 # Proofs to show beside a run: contacts, forces, and supports, with the time span in which they hold.
@@ -56,6 +57,16 @@ class ShownContact:
 
 
 @dataclass(frozen=True, slots=True)
+class ShownLoad:
+    """A load on a brick, as a force at a point, or a moment."""
+
+    brick: BodyId
+    point_W: Vec3  # [m]
+    force_W: Vec3  # [N]
+    moment_W: Vec3  # [N m]
+
+
+@dataclass(frozen=True, slots=True)
 class ShownBrick:
     """The proof of one brick."""
 
@@ -72,6 +83,13 @@ class ShownProof:
     end: float  # [s]
     bricks: Mapping[BodyId, ShownBrick]
     contacts: tuple[ShownContact, ...]
+    loads: tuple[ShownLoad, ...] = ()
+
+    @property
+    def thrust(self) -> Thrust:
+        """The line of thrust of the forces."""
+        joints = (JointForces(each.lower, each.upper, each.points_W, each.forces_W) for each in self.contacts)
+        return thrust_of(joints, self.bricks.keys())
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,7 +212,19 @@ def _shown(assembly: Assembly, begin: float, end: float) -> ShownProof:
         name: ShownBrick(str(assembly.stage(name) or ""), shares.get(name, {}), _depth(assembly, placed))
         for name, placed in assembly.bricks.items()
     }
-    return ShownProof(begin, end, bricks, tuple(contacts))
+    return ShownProof(begin, end, bricks, tuple(contacts), tuple(_loads(assembly)))
+
+
+def _loads(assembly: Assembly) -> Iterator[ShownLoad]:
+    """Yield the loads on bricks where they act, without those of size zero."""
+    for name, placed in assembly.bricks.items():
+        for load in assembly.loads.on(name):
+            point = add(placed.pose.position_W, rotate(placed.pose.orientation, load.point_B))
+            force, moment = load.force, load.moment
+            if load.turns:
+                force, moment = (rotate(placed.pose.orientation, vector) for vector in (force, moment))
+            if any(force) or any(moment):
+                yield ShownLoad(name, point, force, moment)
 
 
 def _depth(assembly: Assembly, placed: Placed) -> float | None:

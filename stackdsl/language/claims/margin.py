@@ -25,7 +25,14 @@ from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import BrickState, BrickTrack, Trace, VerdictMargins
 from stackdsl.wording import aided_text
 
-UNITS: Final = {"acceleration": "g", "tilt": "deg", "friction": "", "placement": "mm", "load_factor": ""}
+UNITS: Final = {
+    "acceleration": "g",
+    "tilt": "deg",
+    "friction": "",
+    "placement": "mm",
+    "load_factor": "",
+    "settlement": "",
+}
 
 
 @claim("margin", "safety margins of the proof of stability")
@@ -42,6 +49,10 @@ class Margin(AtLeastOneKey, ClaimKind):
     placement: t.LengthTolerance | None = Field(None, description="permissible error in the position of every brick")
     load_factor: t.LoadFactorTolerance | None = Field(
         None, description="multiple of its own weight, or of its `loads` if it has some, that the structure bears"
+    )
+
+    settlement: t.LoadFactorTolerance | None = Field(
+        None, description="multiple of the movement of its `supports` that the structure survives"
     )
 
     needs_statics: ClassVar[bool] = True

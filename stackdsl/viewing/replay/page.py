@@ -186,7 +186,7 @@ def _proof(proof: ShownProof, numbers: Mapping[BodyId, int]) -> Json:
     contacts = proof.contacts
     points = np.array([point for contact in contacts for point in contact.points_W]).reshape(-1, 3)
     forces = np.array([force for contact in contacts for force in contact.forces_W]).reshape(-1, 3)
-    stages = list(dict.fromkeys(brick.stage for brick in proof.bricks.values()))
+    stages, thrust = list(dict.fromkeys(brick.stage for brick in proof.bricks.values())), proof.thrust
     known = {name: brick for name, brick in proof.bricks.items() if name in numbers}
     return {
         "begin": proof.begin,
@@ -204,7 +204,22 @@ def _proof(proof: ShownProof, numbers: Mapping[BodyId, int]) -> Json:
         "counts": [len(contact.points_W) for contact in contacts],
         "points": packed_floats(points),
         "forces": packed_floats(forces),
+        "loads": [
+            [numbers[load.brick], *map(_short, load.point_W), *map(_short, load.force_W)]
+            for load in proof.loads
+            if load.brick in numbers and any(load.force_W)
+        ],
+        "thrust": [
+            [numbers[line.brick], *map(_short, (*line.begin_W, *line.end_W)), _short(line.force)]
+            for line in thrust.lines
+            if line.brick in numbers
+        ],
+        "hinges": [[numbers[brick], *map(_short, point)] for brick, point in thrust.hinges if brick in numbers],
     }
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.6g}") + 0.0
 
 
 def _fall(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:

@@ -5,7 +5,8 @@ import pytest
 from stackdsl.api.studies import find
 from stackdsl.checking.cases import Case, cases_of
 from stackdsl.language.yaml.source import parse
-from stackdsl.studies.find_limit import End, FoundLimit, SearchError
+from stackdsl.studies.find_limit import End, FoundLimit
+from stackdsl.studies.limit_search import SearchError
 
 # A column of N planks of 117.6 mm, each shifted by d, stands while N d is at most that.
 COLUMN = """

@@ -9,7 +9,7 @@ from stackdsl.api.studies import sensitivities
 from stackdsl.checking.cases import cases_of
 from stackdsl.language.yaml.source import parse
 from stackdsl.report.studies import HOW, sensitivity_lines, sensitivity_table
-from stackdsl.studies.find_limit import SearchError
+from stackdsl.studies.limit_search import SearchError
 from stackdsl.studies.sensitivities import Effect, MarginKind, Sensitivities, SlopeSource
 from tests.stackdsl.studies.known_limits import SEESAW, V
 
