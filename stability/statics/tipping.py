@@ -79,7 +79,8 @@ def _edges_hung_over(centre: Vec3, points_W: Sequence[Vec3]) -> list[tuple[Vec3,
     if len(border) == 1 or reach == 0.0:
         dx, dy = centre[0] - border[0][0], centre[1] - border[0][1]
         x, y, z = border[0]
-        return [(border[0], (x - dy, y + dx, z))] if (dx, dy) != (0.0, 0.0) else []
+        other = (x - dy, y + dx, z)
+        return [(border[0], other)] if other != border[0] else []  # above the point, up to rounding
     edges = list(zip(border, border[1:] + border[:1], strict=True))
     outside = sorted((-_hangs_over(centre, edge), number) for number, edge in enumerate(edges))
     if len(border) == 2:  # noqa: PLR2004 -- a line: only the side with the centre counts

@@ -33,11 +33,12 @@ class ImportedBox:
     friction: Fraction | None = None  # Coulomb coefficient; None to use that of the scenario
     kind: str | None = None  # of the catalogue; None for one with this size and mass
     has_studs: bool = False  # whether LEGO studs hold it
+    curved: str | None = None  # `cylinder`, `sphere` or `capsule` along its body z axis, with this `size`; None if not
 
     @property
     def is_upright(self) -> bool:
         """Whether this is a box with a vertical height axis."""
-        return self.corners is None and self.turn[:2] == LEVEL[:2]
+        return self.corners is None and self.curved is None and self.turn[:2] == LEVEL[:2]
 
     @property
     def bottom(self) -> Fraction:
@@ -210,6 +211,10 @@ def _written_on_studs(box: ImportedBox) -> dict[str, Plain]:
 
 
 def _form(box: ImportedBox) -> dict[str, Plain]:
+    if box.curved is not None:
+        across, height = _length(box.size[0]), _length(box.size[2])
+        lengths: dict[str, Plain] = {"diameter": across}
+        return {box.curved: lengths if box.curved == "sphere" else {**lengths, "height": height}}
     if box.corners is None:
         return {"size": _lengths(box.size)}
     if box.parts is not None:

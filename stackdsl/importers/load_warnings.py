@@ -47,7 +47,7 @@ def _is_plausible(box: ImportedBox) -> bool:
 def _density(box: ImportedBox) -> Fraction | None:
     """Return the density [kg/m3]; None for a solid, whose volume is unknown here."""
     length, width, height = box.size
-    return None if box.corners is not None else box.mass / (length * width * height)
+    return None if box.corners is not None or box.curved is not None else box.mass / (length * width * height)
 
 
 def _other_units(longest: Fraction, options: Import) -> str:

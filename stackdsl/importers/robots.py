@@ -51,6 +51,7 @@ if TYPE_CHECKING:
 # Bodies of MJCF and URDF. Each has one shape, with a pose in the body; the body has a pose in the scene.
 
 
+CURVED: Final = frozenset({"sphere", "cylinder", "capsule"})  # bodies along the z axis of their frame
 ROUNDED: Final = 1e-9  # rounding error of a centre of mass (share of a side), of a quaternion and of a height [m]
 DIGITS: Final = 12  # decimals of a metre, or of a degree
 
@@ -61,8 +62,8 @@ class RobotBody:
 
     name: str
     span: Span
-    shape: str  # `box`, `mesh`, or the name of a shape that is not supported
-    size: Vec3 | None  # sides of a box
+    shape: str  # `box`, `mesh`, one of `CURVED`, or the name of a shape that is not supported
+    size: Vec3 | None  # sides of a box, or of the box around a curved body
     corners: Sequence[Vec3]  # of a mesh, in the shape frame
     faces: Sequence[Sequence[int]]
     mass: Fraction
@@ -77,10 +78,9 @@ class RobotBody:
 def brick_of(reading: LoadReading, body: RobotBody) -> ImportedBox | None:
     """Return the brick of a body; report and return None if it cannot be a brick."""
     hint = f"to ignore it, write `ignore: ['{body.name}']`"
-    if body.shape not in {"box", "mesh"}:
-        reading.undetermined(
-            body.span, f"'{body.name}' is a {body.shape}, but a brick must be a box or a convex mesh", hint
-        )
+    if body.shape not in {"box", "mesh"} | CURVED:
+        message = f"'{body.name}' is a {body.shape}, but a brick must be a box, a round body or a convex mesh"
+        reading.undetermined(body.span, message, hint)
         return None
     if not _has_valid_numbers(reading, body):
         return None
@@ -139,7 +139,14 @@ def _box(
         body.span,
         _exact(angles),
         centre_of_mass=_exact(offset) if is_off else None,
+        curved=body.shape if body.shape in CURVED else None,
     )
+
+
+def _around(shape: str, radius: float, length: float) -> Vec3 | None:
+    """Return the sides of the box around a curved body, from its radius and the length of its straight part [m]."""
+    straight = {"sphere": 2.0 * radius, "cylinder": length, "capsule": length + 2.0 * radius}
+    return (2.0 * radius, 2.0 * radius, straight[shape]) if shape in CURVED else None
 
 
 def _solid(
@@ -160,7 +167,7 @@ def _exact(parts: Sequence[float] | NDArray[np.float64]) -> Exact3:
     return (x, y, z)
 
 
-# MJCF scenes, read by MuJoCo itself: bodies that are free to move, each with one box or one convex mesh.
+# MJCF scenes, read by MuJoCo itself: bodies that are free to move, each with one box, round body or convex mesh.
 #
 # MuJoCo gets only the elements that define poses, shapes and masses. Mesh files are read from the folder of the scene.
 # A level plane at height 0 is the ground. If any shape gives a friction, each body has the friction that MuJoCo assigns
@@ -338,7 +345,7 @@ def _body(element: Element, name: str, body: "CompiledBody", has_friction: bool)
         name=name,
         span=element.span,
         shape=geom.kind,
-        size=(2.0 * x, 2.0 * y, 2.0 * z) if geom.kind == "box" else None,
+        size=(2.0 * x, 2.0 * y, 2.0 * z) if geom.kind == "box" else _around(geom.kind, x, 2.0 * y),
         corners=geom.corners,
         faces=geom.faces,
         mass=Fraction(repr(body.mass)),
@@ -507,7 +514,7 @@ class _Links:
             name=brick_name(link.name, "link"),
             span=element.span,
             shape=kind,
-            size=_three(collision.geometry.size) if kind == "box" else None,
+            size=_three(collision.geometry.size) if kind == "box" else _curved_size(kind, collision.geometry),
             corners=corners,
             faces=faces,
             mass=Fraction(repr(float(link.inertial.mass))),
@@ -556,6 +563,12 @@ class _Links:
 
     def _wrong(self, element: Element, message: str, hint: str) -> None:
         self._reading.wrong(element.span, message, hint)
+
+
+def _curved_size(kind: str, geometry: Any) -> Vec3 | None:  # noqa: ANN401 -- the parser is untyped
+    if kind not in CURVED:
+        return None
+    return _around(kind, float(geometry.radius), float(getattr(geometry, "length", 0.0)))
 
 
 def _three(parts: Any) -> Vec3:  # noqa: ANN401 -- the parser is untyped

@@ -22,7 +22,7 @@ from pydantic import (
 from stability.geometry.box import MIDDLE, Box, OffCentreBox
 from stability.geometry.compound import MOST_PARTS, Compound
 from stability.geometry.convex_solid import NotASolidError
-from stability.geometry.round_solid import RoundSolid, cylinder, frustum, pipe, sphere
+from stability.geometry.round_solid import RoundSolid, capsule, cylinder, frustum, pipe, sphere
 from stability.geometry.vectors import SHORTEST, rotate, scale, subtract
 from stability.model import GROUND, ConvexShape, Pose, Vec3
 from stability.statics.assembly import LIGHTEST
@@ -487,8 +487,26 @@ class Sphere(AuthorModel):
         return round_form(sphere, 0.5 * self.diameter, centre_of_mass=centre_of_mass)
 
 
-_Round: TypeAlias = Cylinder | Cone | Pipe | Sphere
-ROUND_KEYS: Final = ("cylinder", "cone", "pipe", "sphere")
+class Capsule(AuthorModel):
+    """An upright cylinder between two half balls."""
+
+    diameter: t.Side = Field(description="diameter")
+    height: t.Side = Field(description="height of the whole, at least the diameter")
+
+    def form(self, centre_of_mass: Vec3 | None) -> Form:
+        """Return its form. Raises InputError."""
+        straight = self.height - self.diameter
+        return round_form(capsule, 0.5 * self.diameter, straight, centre_of_mass=centre_of_mass)
+
+    @model_validator(mode="after")
+    def _is_a_solid(self) -> Self:
+        if self.height < self.diameter:
+            raise InputError("SD104", "the capsule is lower than its diameter", "write the height with both half balls")
+        return self
+
+
+_Round: TypeAlias = Cylinder | Cone | Pipe | Sphere | Capsule
+ROUND_KEYS: Final = ("cylinder", "cone", "pipe", "sphere", "capsule")
 
 
 class BrickKind(Shorthand, ExactlyOneKey):
@@ -500,6 +518,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
     cone: Cone | None = Field(None, description="a cone, or the frustum of a cone, such as a bucket")
     pipe: Pipe | None = Field(None, description="a pipe")
     sphere: Sphere | None = Field(None, description="a ball")
+    capsule: Capsule | None = Field(None, description="a cylinder between two half balls")
     points: Points | None = Field(None, description="corners [x, y, z] of a convex solid, in any order")
     file: t.Text | None = Field(
         None, description="OBJ file of a convex solid; the path is relative to the folder of this file"

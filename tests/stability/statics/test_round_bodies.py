@@ -1,19 +1,21 @@
 """Round bodies: closed forms within a millionth of each limit, and the bodies that may roll."""
 
 from collections.abc import Sequence
-from math import asin, atan, cos, hypot, pi, sin, sqrt, tan
+from math import asin, atan, cos, hypot, nextafter, pi, sin, sqrt, tan
 
 import pytest
 
+from stability.contact_law import Coulomb
 from stability.geometry.box import Box
 from stability.geometry.placed_shape import scaled
 from stability.geometry.round_solid import RoundSolid, cylinder, frustum, pipe, sphere
 from stability.geometry.vectors import about, add, multiply, rotate, scale, unit
 from stability.loads import Load, Loads
 from stability.model import IDENTITY, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
-from stability.problem import Placed, Stability, Verdict
+from stability.problem import Contact, Placed, Stability, Verdict
 from stability.statics.assembly import Assembly
 from stability.statics.proof import check_forces, check_motion
+from stability.statics.tipping import tipping
 
 RADIUS, HEIGHT = 0.03, 0.1
 CAN = cylinder(RADIUS, HEIGHT)
@@ -279,3 +281,10 @@ def leaning_row(shape: RoundSolid, turn: Quaternion, shift: Vec3, size: float, n
 def test_a_stack_of_cans_stands_wherever_it_is(names: str, angle: float, size: float) -> None:
     turn = about((0.0, 0.0, 1.0), angle)
     assert stands(*leaning_row(CAN, turn, (3.0, -2.0, 0.0), size, names))
+
+
+def test_a_ball_above_its_contact_up_to_rounding_has_no_edge_to_tip_over() -> None:
+    """The shift of the last digit is lost in the coordinates of a second point of the edge."""
+    ball = placed("ball", BALL, (0.3, 1.5, 0.05))
+    contact = Contact("ground", "ball", ((nextafter(0.3, 1.0), 1.5, 0.0),), ((0.0, 0.0, 1.0),), Coulomb(0.5))
+    assert tipping({"ball": ball}, [contact]) is None

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Mapping
+from math import pi
 from pathlib import Path
 
 import pytest
@@ -78,11 +79,8 @@ IN_MJCF = {
     BODY.format(BOX): "'odd' is fixed, but bricks move freely",
     BODY.format(f"<freejoint/>{BOX}{BOX}"): "'odd' has 2 shapes, but a brick must have one",
     BODY.format(
-        '<freejoint/><geom type="capsule" size=".1 .1"/>'
-    ): "'odd' is a capsule, but a brick must be a box or a",
-    BODY.format(
-        '<freejoint/><geom type="sphere" size=".1"/>'
-    ): "'odd' is a sphere, but a brick must be a box or a convex",
+        '<freejoint/><geom type="ellipsoid" size=".1 .2 .3"/>'
+    ): "'odd' is a ellipsoid, but a brick must be a box, a round",
 }
 
 
@@ -157,6 +155,21 @@ def test_a_mesh_that_is_not_convex_is_told_with_what_it_lacks() -> None:
     assert (found.code, "'ramp': the solid is not convex" in found.message) == ("SD114", True)
 
 
+def test_round_bodies_of_a_scene_stay_round() -> None:
+    shapes = {"ball": '"sphere" size=".1"', "can": '"cylinder" size=".1 .2"', "pill": '"capsule" size=".1 .2"'}
+    bodies = "".join(
+        f'<body name="{name}" pos="{x} 0 .5" euler="90 0 0"><freejoint/><geom type={geom}/></body>'
+        for x, (name, geom) in enumerate(shapes.items(), start=2)
+    )
+    *_, ball, can, pill = read(put(MJCF, "  </worldbody>", bodies)).boxes
+    assert [box.curved for box in (ball, can, pill)] == ["sphere", "cylinder", "capsule"]
+    heights = [tuple(map(float, box.size)) for box in (ball, can, pill)]
+    assert heights == [(0.2, 0.2, 0.2), (0.2, 0.2, 0.4), (0.2, 0.2, 0.6)]
+    assert float(can.mass) == pytest.approx(1000.0 * pi * 0.1**2 * 0.4)
+    assert not can.is_upright
+    assert tuple(map(float, can.turn)) == pytest.approx((90.0, 0.0, 0.0))
+
+
 LINK = '<link name="odd"><inertial><mass value="1"/></inertial><collision><geometry>{}</geometry></collision></link>'
 JOINT = '<joint name="j" type="{}"><parent link="{}"/><child link="odd"/></joint>'
 CUBE = '<box size="1 1 1"/>'
@@ -166,10 +179,15 @@ IN_URDF = {
     LINK.format(CUBE)
     + JOINT.format("floating", "base"): "the floating joint of 'odd' has the parent 'base' instead of the world",
     LINK.format(CUBE): "'odd' is a root link with a shape, so it is fixed, but bricks move freely",
-    LINK.format('<sphere radius="1"/>')
-    + JOINT.format("floating", "world"): "'odd' is a sphere, but a brick must be a box",
-    LINK.format('<cylinder radius="1" length="1"/>') + JOINT.format("floating", "world"): "'odd' is a cylinder, but a",
 }
+
+
+def test_round_links_stay_round() -> None:
+    ball, can = ('<sphere radius="1"/>', "sphere", 2.0), ('<cylinder radius="1" length="3"/>', "cylinder", 3.0)
+    for geometry, kind, height in (ball, can):
+        added = LINK.format(geometry) + JOINT.format("floating", "world")
+        odd = read(put(URDF, "</robot>", added)).boxes[-1]
+        assert (odd.curved, tuple(map(float, odd.size))) == (kind, (2.0, 2.0, height))
 
 
 @pytest.mark.parametrize("added", IN_URDF)
