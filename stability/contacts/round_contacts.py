@@ -118,7 +118,7 @@ class _Feature:
 
     @property
     def is_flat(self) -> bool:
-        """Whether it has an area."""
+        """True if it has an area."""
         return self.disc is not None or not 0 < len(self.corners) <= A_LINE
 
     def height_at(self, point: Point2) -> float:

@@ -16,7 +16,7 @@ from stackdsl.studies.limit_search import SearchError
 
 
 class Pushed(StrEnum):
-    """What moves a structure."""
+    """Cause of the motion of a structure."""
 
     SUPPORTS = "supports"
     LOADS = "loads"

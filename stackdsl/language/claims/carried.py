@@ -23,7 +23,7 @@ SAME: Final = 1e-4  # share of a load: a narrower range is told as one number
 
 
 class CarriedClaim(Shorthand, ClaimKind):
-    """What lies on bricks, or what one brick puts on another: a range in which all possible values must lie."""
+    """A load on bricks, or of one brick on another: a range in which all possible values must lie."""
 
     bricks: t.BodyNames | None = Field(None, description="bricks on which others lie; default: all")
     support: t.BodyOrPlaneName | None = Field(None, description="one brick, or `ground`, on which others lie")

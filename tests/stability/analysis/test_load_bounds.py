@@ -218,7 +218,7 @@ def weights_of(problem: Problem, pair: tuple[str, str]) -> np.ndarray:
 
 
 def is_sound(problem: Problem, pair: tuple[str, str], bound: Bound) -> bool:
-    """Whether a greatest force is what its motion proves, by arithmetic alone."""
+    """Check that a greatest force is the one that its motion proves, by arithmetic alone."""
     return bound.motion is not None and greatest_sum(problem, weights_of(problem, pair), bound.motion) <= bound.force
 
 

@@ -41,7 +41,7 @@ def parts(placed: Placed) -> list[Placed]:
 
 
 def joined_verdict(bricks: Sequence[Placed], friction: float) -> Answer | None:
-    """What is certain of compounds of upright boxes on level ground, from the contacts of their parts as boxes."""
+    """Known facts of compounds of upright boxes on level ground, from the contacts of their parts as boxes."""
     touches = flat_touches([part for placed in bricks for part in parts(placed)], friction)
     whole = {part.brick.id: placed.brick.id for placed in bricks for part in parts(placed)}
     renamed = [replace(t, lower=whole.get(t.lower, t.lower), upper=whole.get(t.upper, t.upper)) for t in touches]

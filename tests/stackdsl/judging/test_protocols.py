@@ -58,7 +58,7 @@ def test_a_tilting_table_slides_a_box_at_the_angle_of_its_friction(friction: flo
 
 
 def slid(friction: float, most: float = 0.5, step: float = 1e-6) -> float:
-    """How far a block slides under the pulse of EUMOS 40509: up in 50 ms, held for 0.3 s, down in 50 ms [m]."""
+    """Return the slide of a block under the pulse of EUMOS 40509: up in 50 ms, held for 0.3 s, down in 50 ms [m]."""
     time = speed = way = 0.0
     while time < 0.4 or speed > 0.0:
         ground = most * min(1.0, time / 0.05, max(0.0, (0.4 - time) / 0.05))

@@ -26,7 +26,7 @@ build:
 
 
 def judged(scene: str, *claims: str) -> list[tuple[bool, str]]:
-    """Whether each claim is met, and what is measured."""
+    """Return for each claim if it is met, and what is measured."""
     (case,) = loads(f"{scene}expect:\n" + "".join(f"  - {claim}\n" for claim in claims))
     return [(outcome.passed, outcome.measured) for outcome in play(case).outcomes]
 

@@ -21,7 +21,7 @@ def played(folder: Path, files: dict[str, str], shake: str, brick: str, rest: st
 
 
 def housner(accelerations: Sequence[float], base: float, height: float) -> tuple[bool, float]:
-    """Whether a rocking block overturns on ground with accelerations in steps of `STEP`, and its largest tilt [rad].
+    """Return if a rocking block overturns on ground with accelerations in steps of `STEP`, and its largest tilt [rad].
 
     Housner (1963): I t'' = -m g R sin(a - |t|) sgn(t) - m a_g R cos(a - |t|), with I = 4/3 m R^2 for a rectangle, and
     the speed times 1 - 1.5 sin(a)^2 whenever the block passes its base.
@@ -89,7 +89,7 @@ def test_ground_that_sinks_tips_a_block_by_so_much_less(tmp_path: Path, share: f
 
 
 def cosine_of_edge(bearing: float) -> float:
-    """How much more a square base bears towards a bearing [deg] than across its edge."""
+    """Return how much more a square base bears towards a bearing [deg] than across its edge."""
     angle = bearing * 3.141592653589793 / 180.0
     return 1.0 / max(abs(cos(angle)), abs(sin(angle)))
 
