@@ -97,7 +97,7 @@ def _is_same(centre: Sequence[object], size: Sequence[object], mass: object, oth
 
 def judged(load: ImportedLoad) -> Judged:
     """Judge a load placed at once, and measure each placement box by box."""
-    bricks = [_placed(load, number) for number in range(len(load.boxes))]
+    bricks = placed_boxes(load)
     assembly = _site()
     began = process_time()
     verdict = assembly.add_all(bricks)
@@ -125,6 +125,11 @@ def _site() -> Assembly:
     return Assembly(
         (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=FRICTION),), friction=FRICTION, overlap=inf
     )
+
+
+def placed_boxes(load: ImportedLoad) -> list[Placed]:
+    """Return all boxes of a load as bricks with their poses."""
+    return [_placed(load, number) for number in range(len(load.boxes))]
 
 
 def _placed(load: ImportedLoad, number: int) -> Placed:
