@@ -7,7 +7,6 @@ from typing import Final
 from pydantic import ValidationError
 
 from stackdsl.diagnostics import Diagnostic, Span, reading_order
-from stackdsl.importers.closing import OpenJointError, with_closed_joints
 from stackdsl.importers.formats import MAX_IMPORTED
 from stackdsl.importers.imported_friction import conflict
 from stackdsl.importers.load import ImportedLoad, UnreadableLoadError, written_box
@@ -172,6 +171,8 @@ def _with_closed_joints(load: ImportedLoad, options: Import) -> ImportedLoad:
     """Return the load, with closed joints if the author wants that. Raises _InvalidImportError."""
     if options.settle.closed is None:
         return load
+    from stackdsl.importers.closing import OpenJointError, with_closed_joints  # noqa: PLC0415 -- it brings numpy
+
     try:
         return with_closed_joints(load, options.settle.closed).load
     except OpenJointError as error:

@@ -192,7 +192,7 @@ def test_a_file_of_a_solid_that_is_not_convex_is_one_brick_of_convex_parts(tmp_p
             "SD108",
             "exactly one of the keys size, prism",
         ),
-        ("{density: 1 kg/m3}", "SD108", "exactly one of the keys size, prism, points, file, parts, section"),
+        ("{density: 1 kg/m3}", "SD108", "exactly one of the keys size, prism, cylinder, cone, pipe, sphere, capsule"),
         ("{size: [1 cm, 1 cm, 1 cm]}", "SD108", "exactly one of the keys density, mass"),
         ("{size: [1 cm, 1 cm, 1 cm], centre_of_mass: [6 mm, 0, 0], mass: 1 g}", "SD104", "outside the box"),
         (

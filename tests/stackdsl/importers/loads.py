@@ -287,7 +287,7 @@ def _used(block: dict[str, Any]) -> list[list[float]]:
 def _objects(text: str) -> Iterator[Box]:
     """The objects of an OBJ file with y up."""
     corners: list[list[float]] = []
-    objects: dict[str, list[list[float]]] = {}
+    objects: dict[str, list[list[list[float]]]] = {}
     name = ""
     for kind, *parts in (line.split() for line in text.splitlines() if line.partition("#")[0].strip()):
         if kind == "o":
@@ -296,8 +296,12 @@ def _objects(text: str) -> Iterator[Box]:
             x, y, z = (float(Fraction(part)) for part in parts[:3])
             corners.append([x, -z, y])
         elif kind == "f":
-            objects.setdefault(name, []).extend(corners[int(part.partition("/")[0]) - 1] for part in parts)
-    yield from (_of_corners(used) for used in objects.values())
+            objects.setdefault(name, []).append([corners[int(part.partition("/")[0]) - 1] for part in parts])
+    for faces in objects.values():
+        size, centre, _ = _of_corners([corner for face in faces for corner in face])
+        # A corner that has moved may leave a dent, so the volume is that between the faces.
+        fans = [(face[0], b, c) for face in faces for b, c in pairwise(face[1:])]
+        yield size, centre, 2400.0 * abs(float(np.linalg.det(np.array(fans)).sum())) / 6.0
 
 
 def _of_corners(corners: list[list[float]]) -> Box:
