@@ -292,8 +292,9 @@ def misfits(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iter
         index: (code, message, hint)
         for index, code, message, hint in (*_off_plate(bricks, results, built, scenario), *_off_studs(bricks, results))
     }
+    joined = are_joined(built, scenario)
     for index, (brick, fit) in enumerate(zip(bricks, results, strict=True)):
-        mistake = _misfit(fit, brick, built, scenario, source) if fit.overlaps or not is_crowded else None
+        mistake = _misfit(fit, brick, built, scenario, source, joined) if fit.overlaps or not is_crowded else None
         mistake = mistake or studs.get(index)
         if mistake is not None and (mistake[0], brick.written.path) not in reported:
             reported.add((mistake[0], brick.written.path))
@@ -351,8 +352,8 @@ TIDY: Final = 0.01  # [m] suggested origins beside others are multiples of this
 ON_AXIS: Final = 0.9999  # cosine of a direction that counts as that of an axis
 
 
-def _misfit(
-    fit: Fit, brick: ResolvedBrick, built: ResolvedScenario, scenario: Scenario, source: Source
+def _misfit(  # noqa: PLR0913, PLR0917 -- all that a message names
+    fit: Fit, brick: ResolvedBrick, built: ResolvedScenario, scenario: Scenario, source: Source, joined: bool
 ) -> tuple[str, str, str] | None:
     of_layout = brick.written.of_layout
     if fit.overlaps:
@@ -379,10 +380,10 @@ def _misfit(
         if other.path == brick.written.path:
             return "SD201", f"{message}, of the same layout", _wider(brick.written, other, scenario)
         return "SD201", message, _elsewhere(brick.written, other, bricks, scenario)
-    may_be_joined = are_joined(built, scenario) and bool(fit.beside_boxes or fit.beside_planes)
+    may_be_joined = joined and bool(fit.beside_boxes or fit.beside_planes)
     if fit.in_the_air and not brick.written.drop and not may_be_joined:
         above = "" if fit.clearance == inf else f"; the nearest body below is {_distances(fit.clearance, fit.reach)}"
-        held = "with or after the brick whose joint holds it, " * are_joined(built, scenario)
+        held = "with or after the brick whose joint holds it, " * joined
         hint = f"place it on a support, {held}or write `drop: true` to let it fall"
         if of_layout:
             hint = "change the dimensions or the `origin` of the layout so that every brick has a support"

@@ -173,5 +173,5 @@ def test_a_fall_is_told_with_its_cause_and_a_first_remedy_to_copy(
         assert "stands: all" in text_of(browser, ".excerpt .failing")
         for width, height in SIZES:
             resize(browser, width, height, dark=width < 1000)
-            assert browser.execute_script(CUT) == []
+            assert browser.execute_script(CUT) == [], (width, height)
         assert complaints(browser) == []
