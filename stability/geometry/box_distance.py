@@ -95,6 +95,26 @@ UP: Vec3 = (0.0, 0.0, 1.0)
 UNTURNED: Axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), UP)
 
 
+class InBounds:
+    """Body in a bounding box along the axes of W, relative to the centre of mass."""
+
+    __slots__ = ()
+    low_W: Vec3
+    high_W: Vec3
+
+    @property
+    def middle_W(self) -> Vec3:
+        """The centre of the bounding box [m]."""
+        (ax, ay, az), (bx, by, bz) = self.low_W, self.high_W
+        return (0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * (az + bz))
+
+    @property
+    def reach(self) -> Vec3:
+        """The half size of the bounding box [m]."""
+        (ax, ay, az), (bx, by, bz) = self.low_W, self.high_W
+        return (0.5 * (bx - ax), 0.5 * (by - ay), 0.5 * (bz - az))
+
+
 @dataclass(frozen=True, slots=True)
 class Separation:
     """Gap between two bodies, and the direction that widens it."""

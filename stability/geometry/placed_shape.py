@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from stability.geometry import box_distance
 from stability.geometry.box import MIDDLE, Box, OffCentreBox, UnknownShapeError, box_of
-from stability.geometry.box_distance import Axes, Block, Separation, block, blocks_apart
+from stability.geometry.box_distance import Axes, Block, InBounds, Separation, block, blocks_apart
 from stability.geometry.compound import Compound, Part
 from stability.geometry.convex_solid import AXES, ConvexSolid
 from stability.geometry.round_solid import RoundSolid, scaled_round
@@ -73,7 +73,7 @@ Convex: TypeAlias = "Block | Hull | PlacedRound"  # convex shape at a pose, with
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlacedParts:
+class PlacedParts(InBounds):
     """Compound at a pose, as its convex parts."""
 
     parts: "tuple[Convex, ...]"
@@ -82,16 +82,6 @@ class PlacedParts:
     low_W: Vec3  # of the bounding box [m]
     high_W: Vec3
     thickness: float  # least thickness [m]
-
-    @property
-    def middle_W(self) -> Vec3:
-        """The centre of the bounding box [m]."""
-        return scale(0.5, add(self.low_W, self.high_W))
-
-    @property
-    def reach(self) -> Vec3:
-        """The half size of the bounding box [m]."""
-        return scale(0.5, subtract(self.high_W, self.low_W))
 
 
 InPlace: TypeAlias = "Convex | PlacedParts"  # shape at a pose, with values for fast comparisons

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.geometry.box_distance import Axes
+from stability.geometry.box_distance import Axes, InBounds
 from stability.geometry.rows import Array
 from stability.model import ConvexShape, Vec3
 
@@ -79,7 +79,7 @@ def mesh_of(shape: ConvexShape) -> Mesh:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Hull:
+class Hull(InBounds):
     """Convex polyhedron at a pose. Vectors are in W, positions relative to the centre of mass."""
 
     mesh: Mesh
@@ -93,18 +93,6 @@ class Hull:
     high_W: Vec3
     thickness: float  # least thickness [m]
     length: float  # longest side of the box around the shape along its body axes [m]
-
-    @property
-    def middle_W(self) -> Vec3:
-        """The centre of the bounding box [m]."""
-        (ax, ay, az), (bx, by, bz) = self.low_W, self.high_W
-        return (0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * (az + bz))
-
-    @property
-    def reach(self) -> Vec3:
-        """The half size of the bounding box [m]."""
-        (ax, ay, az), (bx, by, bz) = self.low_W, self.high_W
-        return (0.5 * (bx - ax), 0.5 * (by - ay), 0.5 * (bz - az))
 
     @property
     def edge_middles(self) -> Array:

@@ -14,7 +14,7 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
-from stability.geometry.box_distance import Axes
+from stability.geometry.box_distance import Axes, InBounds
 from stability.geometry.polyhedra import Hull, between, vector
 from stability.geometry.round_solid import RoundSolid
 from stability.geometry.rows import Array
@@ -33,7 +33,7 @@ OVERLAP: Final = 1e-9  # share of a length: a smaller overlap needs no search
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlacedRound:
+class PlacedRound(InBounds):
     """Round solid at a pose. Vectors are in W, positions relative to the centre of mass."""
 
     solid: RoundSolid
@@ -45,18 +45,6 @@ class PlacedRound:
     high_W: Vec3
     thickness: float  # least thickness [m]
     length: float  # longest side of the box around the solid along its body axes [m]
-
-    @property
-    def middle_W(self) -> Vec3:
-        """The centre of the bounding box [m]."""
-        (ax, ay, az), (bx, by, bz) = self.low_W, self.high_W
-        return (0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * (az + bz))
-
-    @property
-    def reach(self) -> Vec3:
-        """The half size of the bounding box [m]."""
-        (ax, ay, az), (bx, by, bz) = self.low_W, self.high_W
-        return (0.5 * (bx - ax), 0.5 * (by - ay), 0.5 * (bz - az))
 
     def end(self, upper: bool) -> Array:
         """Return the centre of the disc at an end of the axis [m]."""

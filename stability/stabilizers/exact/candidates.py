@@ -141,7 +141,11 @@ class RestPoses(BrickObserver):
 
     def put_back(self, resting: Sequence[Placed]) -> list[Placed]:
         """Return the bricks that came to rest, with the rest pose of each that only crept."""
-        moved_by = {placed.brick.id: self._moved_by(placed) for placed in resting if placed.brick.id in self._poses}
+        moved_by = {
+            placed.brick.id: moved_share(placed, self._poses[placed.brick.id])
+            for placed in resting
+            if placed.brick.id in self._poses
+        }
         limit = HIT_NOTHING if all(move <= HIT_NOTHING for move in moved_by.values()) else CREPT
         limits = {brick: NOTHING if brick in self._struck else limit for brick in moved_by}
         limits |= {brick: min(DRIVEN, limits[brick]) for brick in moved_by if brick in self._driven}
@@ -152,11 +156,12 @@ class RestPoses(BrickObserver):
             for placed in resting
         ]
 
-    def _moved_by(self, placed: Placed) -> float:
-        """Return an upper bound of the motion of a brick's points, as a share of its smallest side."""
-        home, shape = self._poses[placed.brick.id], placed.brick.shape
-        shift = dist(home.position_W, placed.pose.position_W) + 0.5 * shape.length * turn_between(home, placed.pose)
-        return shift / shape.least_thickness
+
+def moved_share(placed: Placed, pose: Pose) -> float:
+    """Return an upper bound of the distances of a brick's points from those at another pose, by its smallest side."""
+    shape = placed.brick.shape
+    shift = dist(pose.position_W, placed.pose.position_W) + 0.5 * shape.length * turn_between(pose, placed.pose)
+    return shift / shape.least_thickness
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,21 +8,18 @@ that may move it presses by the contact forces that it had when it came to rest.
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import dist, inf
+from math import inf
 from typing import Self
 
 from stability.contact_law import GivenFriction, as_friction
 from stability.engines.protocol import Engine
-from stability.geometry.vectors import turn_between
-from stability.model import BodyId, BodyState, Pose
-from stability.problem import Placed
-from stability.stabilizers.exact.candidates import release_until_stable, solids
+from stability.model import BodyId, BodyState, Plane
+from stability.problem import Placed, Tolerances
+from stability.stabilizers.exact.candidates import moved_share, release_until_stable, solids
 from stability.stabilizers.exact.woken_region import DeadLoad, DeadLoads
 from stability.stabilizers.protocol import BrickObserver
-from stability.stabilizers.rest import LimitsOf
+from stability.stabilizers.rest import MOVED, LimitsOf
 from stability.statics.assembly import Assembly
-
-MOVED = 0.005  # share of its smallest side by which a touched brick moves before the bricks on it wake
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +38,10 @@ class Dozing(BrickObserver):
     limits_of: LimitsOf
     loads: DeadLoads
     friction: GivenFriction
+    gravity: float  # [m/s2]
+    tolerances: Tolerances
     _asleep: dict[BodyId, _Asleep] = field(default_factory=dict, init=False)
-    # By touched brick: its pose when the first of the dozing bricks that touch it came to rest, and these.
+    # By touched brick: where it was when the first of the bricks that touch it fell asleep, and these bricks.
     _touched: dict[BodyId, tuple[Placed, set[BodyId]]] = field(default_factory=dict, init=False)
     _looked: float = field(default=0.0, init=False)  # time of the last search for bricks that may doze [s]
 
@@ -63,24 +62,21 @@ class Dozing(BrickObserver):
             self._looked = now
         return due
 
-    def fall_asleep(self, resting: Sequence[Placed], moving: Collection[BodyId], fixed: Assembly) -> None:
-        """Hold those bricks at rest that touch no moving brick, if they stand on what they touch.
-
-        `fixed` is an assembly of the fixed bodies alone.
-        """
+    def fall_asleep(
+        self,
+        resting: Sequence[Placed],
+        moving: Collection[BodyId],
+        planes: Sequence[Plane],
+        tables: Sequence[Placed] = (),
+    ) -> None:
+        """Hold those bricks at rest that touch no moving brick, if they stand on what they touch."""
         touching = {placed.brick.id: self._forces_by_touched(placed.brick.id) for placed in resting}
         candidates = [placed for placed in resting if not touching[placed.brick.id].keys() & moving]
         names = {placed.brick.id for placed in candidates}
         beside = sorted({other for name in names for other in touching[name]} & self.engine.masses().keys() - names)
         held = dict(solids(self.engine, self.engine.states(beside)))
-        assembly = Assembly(
-            fixed.planes,
-            self.friction,
-            fixed.gravity,
-            fixed.tolerances,
-            (*fixed.tables, *held.values()),
-            overlap=inf,
-        )
+        carrying = (*tables, *held.values())
+        assembly = Assembly(planes, self.friction, self.gravity, self.tolerances, carrying, overlap=inf)
         release_until_stable(assembly, assembly.add_all(candidates, names_smallest=False), names_smallest=False)
         poses = {**held, **{placed.brick.id: placed for placed in candidates}}
         for name, placed in assembly.bricks.items():
@@ -94,16 +90,16 @@ class Dozing(BrickObserver):
             self._press(name, self._asleep[name].presses.keys() - self._asleep.keys())
 
     def disturbed(self, states: Mapping[BodyId, BodyState]) -> list[BodyId]:
-        """Return the dozing bricks that touch a brick in `states` which has moved since."""
+        """Return the dozing bricks that touch a brick in `states` which has moved since they fell asleep."""
         moved = (
             touching
             for other, (placed, touching) in self._touched.items()
-            if (state := states.get(other)) is not None and _has_moved(placed, state.pose)
+            if (state := states.get(other)) is not None and moved_share(placed, state.pose) > MOVED
         )
         return sorted(set[BodyId]().union(*moved))
 
     def touched_anew(self, moving: Iterable[BodyId]) -> list[BodyId]:
-        """Return the dozing bricks on which moving bricks have come to lie since."""
+        """Return the dozing bricks that moving bricks have come to touch since they fell asleep."""
         touched = {
             other
             for brick in moving
@@ -150,7 +146,7 @@ class Dozing(BrickObserver):
         self.wake()
 
     def _forget(self, bricks: Sequence[BodyId]) -> None:
-        """Drop the records of the bricks that such bricks touched, and their loads."""
+        """Drop what these bricks touched, and their loads."""
         self.loads.drop_from(bricks)
         for other, (_, touching) in list(self._touched.items()):
             touching.difference_update(bricks)
@@ -177,9 +173,3 @@ class Dozing(BrickObserver):
             size, friction = asleep.presses[other], as_friction(self.friction).of(name, other)
             if size > 0.0 and not self.engine.holds(other):
                 self.loads.add(self._touched[other][0], DeadLoad(asleep.placed, size, friction))
-
-
-def _has_moved(placed: Placed, pose: Pose) -> bool:
-    shape = placed.brick.shape
-    shift = dist(placed.pose.position_W, pose.position_W) + 0.5 * shape.length * turn_between(placed.pose, pose)
-    return shift > MOVED * shape.least_thickness

@@ -141,7 +141,7 @@ class ProvenStability(Stabilizer):
         self._rigid_groups = RigidGroups(self.joiner)
         self._dead_loads = DeadLoads(self.engine, self.presser)
         limits_of = LimitsBySize(self.engine, self.rest)
-        self._dozing = Dozing(self.engine, limits_of, self._dead_loads, self.friction)
+        self._dozing = Dozing(self.engine, limits_of, self._dead_loads, self.friction, gravity, self.tolerances)
         self._awake = AwakeBricks(self.engine, limits_of, self._rigid_groups)
         self._joined = JoinedBricks(self.engine, self.joiner, self.joints)
         self._disturbances = Disturbances(self.engine, limits_of, gravity, self._dead_loads.reactions, self._joined)
@@ -203,6 +203,7 @@ class ProvenStability(Stabilizer):
 
     def rejoined(self, joints: Joints) -> Update:
         """Handle other joints of all bricks: bricks that cannot stand with them wake immediately."""
+        self._dozing.wake()
         self.joints, self.assembly = joints, self.assembly.with_joints(self._joined.with_rules(joints.rules))
         self._joined.rejoined(self.assembly)
         judgement = release_until_stable(self.assembly, self.assembly.verdict())
@@ -213,6 +214,7 @@ class ProvenStability(Stabilizer):
 
     def loaded(self, course: LoadCourse) -> Update:
         """Handle other loads on bricks: bricks that cannot stand under them wake immediately, or when they cannot."""
+        self._dozing.wake()
         self._course = course
         update = self._under_loads(self.engine.time())
         self._bears_until = self._borne_until()
@@ -302,10 +304,7 @@ class ProvenStability(Stabilizer):
         if rested and moving:
             fixed = self._fixed_bodies()
             resting = [placed for _, placed in solids(self.engine, rested)]
-            on_fixed_bodies = Assembly(
-                fixed.planes, self.friction, self.assembly.gravity, self.tolerances, fixed.tables, overlap=inf
-            )
-            self._dozing.fall_asleep(resting, moving, on_fixed_bodies)
+            self._dozing.fall_asleep(resting, moving, fixed.planes, fixed.tables)
 
     def _judge(self, resting: Sequence[Placed], announced: Container[BodyId], names_smallest: bool) -> Judgement:
         """Judge bricks with crept ones put back to their rest poses; if they do not stand, judge the actual poses."""
@@ -487,6 +486,7 @@ class ProvenStability(Stabilizer):
 
     def set_handled(self, bricks: Collection[BodyId], reason: str) -> Update:
         """Set the bricks that hands may move: they wake, and are not judged until a later call omits them."""
+        self._dozing.wake(bricks)
         self._awake.set_handled(bricks)
         for brick in bricks:
             if brick in self._rigid_groups:
@@ -511,6 +511,7 @@ class ProvenStability(Stabilizer):
 
     def shaken(self, motion: GroundMotion) -> None:
         """Set the motion of the ground."""
+        self._dozing.wake()
         self._shaking.begin(motion)
 
     def holds_until(self) -> float:
