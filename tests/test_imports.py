@@ -35,7 +35,8 @@ LAYERS = {
         # A claim judges a trace, so what happened is plain data below the language.
         {"trace"},
         {"language", "results", "simulation"},
-        {"compiler", "goldens", "importers"},
+        {"compiler", "goldens"},
+        {"importers"},  # a load settles on the bricks of earlier steps
         {"judging", "sampling"},
         {"checking"},
         {"studies"},

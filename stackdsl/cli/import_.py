@@ -20,6 +20,7 @@ from stackdsl.cli.terminal import Counter, counted, tell, write
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.disk import read_file
 from stackdsl.exits import ExitCode
+from stackdsl.importers.built_deck import BuiltDeck, on_deck
 from stackdsl.importers.closing import ClosedLoad, OpenJointError, closed_lines, with_closed_joints
 from stackdsl.importers.expansion import path_beside
 from stackdsl.importers.formats import MAX_IMPORTED, scenario_text, slug
@@ -29,7 +30,8 @@ from stackdsl.importers.load_warnings import load_warnings
 from stackdsl.importers.overhang import permitted_area
 from stackdsl.importers.settling import SettledLoad, first_unsettleable, moved_lines, settled
 from stackdsl.importers.supervised_reading import load_supervised
-from stackdsl.language.imports import DECKS, LOAD_FORMATS, DefaultUnits, Import
+from stackdsl.language.imports import LOAD_FORMATS, DefaultUnits, Import
+from stackdsl.language.pallets import DECKS
 from stackdsl.language.quantities import InputError
 from stackdsl.language.yaml.includes import root_of
 from stackdsl.language.yaml.source import Area, KeyPath, Source, parse
@@ -40,20 +42,23 @@ from stackdsl.user_files import read_user_file
 # Diagnostics of `stackdsl check` for an imported scenario, with places in the file of the load.
 
 
-def faults(text: str, file: str, load: ImportedLoad, asked: Import) -> list[Diagnostic]:
-    """Return the mistakes of a scenario that builds these boxes, such as overlapping boxes.
+def faults(text: str, file: str, load: ImportedLoad, built: BuiltDeck | None, asked: Import) -> list[Diagnostic]:
+    """Return the mistakes of a scenario that builds these boxes on a pallet, such as overlapping boxes.
 
     `file` is the place of mistakes that belong to no box.
     """
     loaded = parse(text, file)
-    sources = tuple(_placed(source, load, asked) for source in loaded.sources)
+    sources = tuple(_placed(source, load, built, asked) for source in loaded.sources)
     _, mistakes = cases_of(replace(loaded, sources=sources))
     return mistakes
 
 
-def _placed(source: Source, load: ImportedLoad, asked: Import) -> Source:
+def _placed(source: Source, load: ImportedLoad, built: BuiltDeck | None, asked: Import) -> Source:
     """Return a scenario whose bricks have the places of the boxes in their file, and their deck."""
-    places: dict[KeyPath, Span] = {("build", 0, "bricks", number): box.span for number, box in enumerate(load.boxes)}
+    first = 0 if built is None else 1
+    places: dict[KeyPath, Span] = {
+        ("build", 0, "bricks", number): box.span for number, box in enumerate(load.boxes, first)
+    }
     area = permitted_area(load, asked)
     decks: dict[KeyPath, Area] = {("build", 0): area} if area is not None else {}
     return replace(source, value_spans={**source.value_spans, **places}, decks=decks)
@@ -62,7 +67,7 @@ def _placed(source: Source, load: ImportedLoad, asked: Import) -> Source:
 # `stackdsl import`: converts the boxes in a file of another program to a scenario.
 
 
-REAL_DECK: Final = "docs/guides/pallets.md, The real deck, builds it"
+REAL_DECK: Final = "--surface closed builds it"
 HANGS: Final = "SD202"  # a brick in the air
 
 _LENGTHS, _MASSES = (
@@ -96,6 +101,8 @@ _LENGTHS, _MASSES = (
 @click.option(
     "--deck", help=f"Deck of the pallet, to report overhanging boxes: {', '.join(DECKS)}, or '1200 mm x 800 mm'."
 )
+@click.option("--surface", help="Build the pallet below the load: closed, or boards (of an EUR pallet).")
+@click.option("--level", help="Height of the deck in FILE, such as '144 mm' if z counts from the floor.")
 @click.option("--overhang", help="Allowed overhang of a box beyond the deck, such as '20 mm'.")
 @click.option("--origin", nargs=3, help="Shift of the load along x, y, z, such as '0 mm' '0 mm' '1 m'.")
 @click.option("--ignore", multiple=True, help="Column, key or body to leave out. Can be repeated.")
@@ -123,6 +130,8 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     supports: str | None,
     library: str | None,
     deck: str | None,
+    surface: str | None,
+    level: str | None,
     overhang: str | None,
     origin: tuple[str, str, str] | None,
     ignore: tuple[str, ...],
@@ -133,7 +142,9 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     """Convert the boxes in FILE, written by another program, to a scenario, and print it."""
     of_load = {"format": format_, "load": load, "settle": settle, "point": point, "ignore": ignore, "origin": origin}
     of_file = {"length": length, "mass": mass, "density": density, "up": up, "supports": supports, "library": library}
-    asked = _asked(file=str(file), deck=_deck(deck, overhang), **of_load, **of_file)
+    asked = _asked(
+        file=str(file), deck=_deck(size=deck, surface=surface, level=level, overhang=overhang), **of_load, **of_file
+    )
 
     def beside(named: str) -> bytes:
         return read_file(Path(path_beside(named, str(file))), MAX_IMPORTED, root_of(str(file)))
@@ -146,15 +157,15 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     try:
         with counted(100, f"importing {shown}: percent") as known:
             read = load_supervised(data, shown, asked, beside, lambda: known(0))
-            ruled = _with_rule(read, Rule(rule) if rule else None)
+            ruled, built = _on_deck(_with_rule(read, Rule(rule) if rule else None), asked)
             closed = _closed(ruled, asked)
-            found = _settled(ruled if closed is None else closed.load, asked, _share(known, READ, SETTLED))
+            found = _settled(ruled if closed is None else closed.load, built, asked, _share(known, READ, SETTLED))
             is_assumed = context.get_parameter_source("friction") is ParameterSource.DEFAULT
             notes = [*_notes(shown, asked, found, friction if is_assumed else None), *_warnings(found, asked)]
             notes += () if closed is None else closed_lines(closed)
             called = slug(name or "-".join(filter(None, [file.name.split(".")[0], load])))
-            text = scenario_text(called, notes, found.load, friction, _share(known, SETTLED, WRITTEN))
-            mistakes = faults(text, f"{called}.yaml", found.load, asked)
+            text = scenario_text(called, notes, found.load, built, friction, _share(known, SETTLED, WRITTEN))
+            mistakes = faults(text, f"{called}.yaml", found.load, built, asked)
     except UnreadableLoadError as error:
         for mistake in error.diagnostics:
             tell(diagnostic_text(replace(mistake, hint=_as_options(mistake.hint))))
@@ -256,10 +267,10 @@ def _asked(**written: object) -> Import:
         raise click.UsageError(said) from error
 
 
-def _deck(size: str | None, overhang: str | None) -> dict[str, object] | None:
+def _deck(size: str | None, **others: str | None) -> dict[str, object] | None:
     """Return the entry of the deck in a scenario."""
-    sides = [part.strip() for part in size.split("x")] if size is not None else []
-    written = {"size": sides if len(sides) > 1 else size, "overhang": overhang}
+    sides = [part.strip() for part in size.split("x")] if size is not None and size not in DECKS else []
+    written = {"size": sides if len(sides) > 1 else size, **others}
     return {key: value for key, value in written.items() if value is not None} or None
 
 
@@ -272,11 +283,21 @@ def _with_rule(load: ImportedLoad, rule: Rule | None) -> ImportedLoad:
     return load
 
 
-def _settled(load: ImportedLoad, asked: Import, on_share: Callable[[float], None]) -> SettledLoad:
+def _on_deck(load: ImportedLoad, asked: Import) -> tuple[ImportedLoad, BuiltDeck | None]:
+    """Return the load on its deck, and the pallet that is built. Raises a usage error."""
+    try:
+        return on_deck(load, asked)
+    except InputError as error:
+        raise click.UsageError(f"{error.message}; {_as_options(error.hint)}") from error
+
+
+def _settled(
+    load: ImportedLoad, built: BuiltDeck | None, asked: Import, on_share: Callable[[float], None]
+) -> SettledLoad:
     if (odd := first_unsettleable(load, asked.settle)) is not None:
         message, hint = "a tilted box or a solid cannot be lowered", "use `as written`, or straighten the box"
         raise UnreadableLoadError([Diagnostic("SD115", odd.span, message, hint)])
-    return settled(load, asked.settle, on_share)
+    return settled(load, asked.settle, on_share, () if built is None else built.boxes)
 
 
 def _closed(load: ImportedLoad, asked: Import) -> ClosedLoad | None:
@@ -306,5 +327,6 @@ def _notes(file: str, asked: Import, found: SettledLoad, assumed: float | None) 
     if (area := permitted_area(load, asked)) is not None:
         (x, y), (to_x, to_y) = ([f"{1000.0 * float(side):g} mm" for side in corner] for corner in area)
         place = f"deck from [{x}, {y}] to [{to_x}, {to_y}]"
-        lines.append(f"{place}, not built: the ground continues around it; {REAL_DECK}")
+        is_built = asked.deck is not None and asked.deck.surface is not None
+        lines.append(place if is_built else f"{place}, not built: the ground continues around it; {REAL_DECK}")
     return lines

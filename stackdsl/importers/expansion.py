@@ -1,20 +1,22 @@
 """Replaces `import` in build steps by `bricks`, each with its position in the imported file."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 from pydantic import ValidationError
 
 from stackdsl.diagnostics import Diagnostic, Span, reading_order
+from stackdsl.importers.built_deck import BuiltDeck, on_deck
 from stackdsl.importers.formats import MAX_IMPORTED
 from stackdsl.importers.imported_friction import conflict
 from stackdsl.importers.load import ImportedLoad, UnreadableLoadError, written_box
 from stackdsl.importers.load_warnings import load_warnings
 from stackdsl.importers.overhang import permitted_area
-from stackdsl.importers.settling import SettledLoad, first_unsettleable, settled
+from stackdsl.importers.settling import first_unsettleable, settled
 from stackdsl.importers.supervised_reading import load_supervised
 from stackdsl.language.imports import DefaultUnits, Import
+from stackdsl.language.quantities import InputError
 from stackdsl.language.schema import BuildStep
 from stackdsl.language.validation import in_flow_style, mistakes_at, report_missing_dependency
 from stackdsl.language.value_types import MAX_BRICKS
@@ -30,14 +32,6 @@ class _InvalidImportError(Exception):
     def __init__(self, *diagnostics: Diagnostic) -> None:
         super().__init__(diagnostics)
         self.diagnostics = diagnostics
-
-
-@dataclass(frozen=True, slots=True)
-class ImportedStep:
-    """A build step with an `import`, and the settled load that it imports."""
-
-    path: KeyPath  # to the step
-    settled: SettledLoad
 
 
 def expand_file(loaded: Loaded, library: Library) -> Loaded:
@@ -61,11 +55,6 @@ def expand_file(loaded: Loaded, library: Library) -> Loaded:
     )
 
 
-def imported_steps(source: Source, library: Library) -> list[ImportedStep]:
-    """Read the imports of a scenario, one per step. Raises _InvalidImportError."""
-    return [ImportedStep(path, _imported(source, path, step, library)[0]) for path, step in _import_steps(source)]
-
-
 def _import_steps(source: Source) -> Iterator[tuple[KeyPath, dict[str, Plain]]]:
     """Yield the build steps that have an `import`, with their paths."""
     steps = source.values.get("build")
@@ -84,12 +73,11 @@ def _expanded(source: Source, library: Library) -> Source:
     for path, step in expanding.items():
         number = path[1]
         assert isinstance(number, int)
-        settled_load, file, options = _imported(source, path, step, library)
+        load, deck, file, options = _imported(source, path, step, steps[:number], library)
         parts[file] = None
         others = {key: value for key, value in step.items() if key != IMPORT}
         places.note_all(source, others, path, path)
         where = f"imported from {source.key_span_of((*path, IMPORT))}"
-        load = settled_load.load
         if (area := permitted_area(load, options)) is not None:
             decks[path] = area
         warnings += [
@@ -98,6 +86,9 @@ def _expanded(source: Source, library: Library) -> Source:
         bricks: list[Plain] = []
         places.value_spans[*path, "bricks"] = source.span_of((*path, IMPORT))
         places.key_spans[*path, "bricks"] = source.key_span_of((*path, IMPORT))
+        if deck is not None:
+            places.value_spans[*path, "bricks", 0] = source.span_of((*path, IMPORT, "deck"))
+            bricks.append(deck.written)
         for box in load.boxes:
             places.value_spans[*path, "bricks", len(bricks)] = replace(box.span, where=where)
             bricks.append(written_box(box))
@@ -115,9 +106,12 @@ def _expanded(source: Source, library: Library) -> Source:
 
 
 def _imported(
-    source: Source, path: KeyPath, step: dict[str, Plain], library: Library
-) -> tuple[SettledLoad, str, Import]:
-    """Read the import of a step: the settled load, the path of its file, and the import options."""
+    source: Source, path: KeyPath, step: dict[str, Plain], before: Sequence[Plain], library: Library
+) -> tuple[ImportedLoad, BuiltDeck | None, str, Import]:
+    """Read the import of a step: the settled load, its pallet, the path of its file, and the import options.
+
+    `before` has the steps before this one, without imports.
+    """
     here = (*path, IMPORT)
     for other in ("bricks",):
         if other in step:
@@ -161,10 +155,47 @@ def _imported(
                 "SD115", unfit.span, "`settle` can move upright boxes only, but this body is inclined or a solid", hint
             )
         )
+    load, deck = _on_deck(load, options, source.span_of((*here, "deck")))
     load = _with_closed_joints(load, options)
     if (mistake := conflict(load, options, source, span)) is not None:
         raise _InvalidImportError(mistake)
-    return settled(load, options.settle), file, options
+    return _settled(load, deck, options, source, here, before), deck, file, options
+
+
+def _on_deck(load: ImportedLoad, options: Import, span: Span) -> tuple[ImportedLoad, BuiltDeck | None]:
+    """Return the load at the height of its deck, and the pallet that is built. Raises _InvalidImportError."""
+    try:
+        return on_deck(load, options)
+    except InputError as error:
+        raise _InvalidImportError(Diagnostic(error.code, span, error.message, error.hint)) from error
+
+
+def _settled(  # noqa: PLR0913, PLR0917 -- a load, all below it, and its place in the scenario
+    load: ImportedLoad,
+    deck: BuiltDeck | None,
+    options: Import,
+    source: Source,
+    here: KeyPath,
+    before: Sequence[Plain],
+) -> ImportedLoad:
+    """Return the load, settled on its deck and on the bricks of earlier steps. Raises _InvalidImportError."""
+    settle, span = options.settle, source.span_of((*here, "settle"))
+    if not settle.lowered and settle.within is None:
+        return load
+    from stackdsl.importers.placed_before import odd_support, placed_before  # noqa: PLC0415 -- few loads settle
+
+    try:
+        below = placed_before(source, before)
+    except InputError as error:
+        raise _InvalidImportError(Diagnostic(error.code, span, error.message, error.hint)) from error
+    if (odd := odd_support(load, below)) is not None:
+        box, name = odd
+        message = f"`settle` knows upright boxes only, but '{box.name or 'a box'}' lies over '{name}', which is none"
+        raise _InvalidImportError(
+            Diagnostic("SD115", span, message, "write `settle: as written`, with the heights in the file")
+        )
+    own = deck.boxes if deck is not None else ()
+    return settled(load, settle, supports=(*own, *below.boxes)).load
 
 
 def _with_closed_joints(load: ImportedLoad, options: Import) -> ImportedLoad:

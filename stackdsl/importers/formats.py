@@ -8,6 +8,7 @@ from typing import Final
 import yaml
 
 from stackdsl.diagnostics import Diagnostic, Span, page_of
+from stackdsl.importers.built_deck import BuiltDeck
 from stackdsl.importers.imported_friction import written_world
 from stackdsl.importers.ldraw import read_ldraw
 from stackdsl.importers.lego import read_brickgpt, read_stablelego
@@ -136,22 +137,28 @@ def _format_of(reading: LoadReading) -> Format:
 LONGEST_SLUG = 64  # [characters]
 
 
-def scenario_text(
+def scenario_text(  # noqa: PLR0913, PLR0917 -- a load, and all that is written beside it
     name: str,
     notes: Sequence[str],
     load: ImportedLoad,
+    deck: BuiltDeck | None,
     friction: float,
     on_share: Callable[[float], None] = lambda _: None,
 ) -> str:
-    """Return the YAML of a scenario that builds the boxes of a load one by one; `notes` become comments at its head.
+    """Return the YAML of a scenario that builds the boxes of a load one by one, on a pallet if it has one.
 
-    `on_share` is called with the share of the boxes that are written.
+    `notes` become comments at its head. `on_share` is called with the share of the boxes that are written.
     """
-    return "\n".join(_lines(name, notes, load, friction, on_share)) + "\n"
+    return "\n".join(_lines(name, notes, load, deck, friction, on_share)) + "\n"
 
 
-def _lines(
-    name: str, notes: Sequence[str], load: ImportedLoad, friction: float, on_share: Callable[[float], None]
+def _lines(  # noqa: PLR0913, PLR0917 -- as `scenario_text`
+    name: str,
+    notes: Sequence[str],
+    load: ImportedLoad,
+    deck: BuiltDeck | None,
+    friction: float,
+    on_share: Callable[[float], None],
 ) -> Iterator[str]:
     yield from (f"# {note}" for note in notes)
     yield f"scenario: {name}"
@@ -163,6 +170,8 @@ def _lines(
     yield "build:"
     # Bricks with studs may hang from later ones, so they are placed together.
     yield "  - bricks:" if load.on_base_plate else "  - every: 1 s\n    bricks:"
+    if deck is not None:
+        yield f"      - {_flow(deck.written)}"
     for number, box in enumerate(load.boxes, 1):
         yield f"      - {_flow(written_box(box))}"
         on_share(number / len(load.boxes))

@@ -5,13 +5,14 @@ from fractions import Fraction
 from typing import Final
 
 from stackdsl.diagnostics import ScenarioWarning
-from stackdsl.importers.load import ImportedBox, ImportedLoad
+from stackdsl.importers.load import ImportedBox, ImportedLoad, digits
 from stackdsl.importers.overhang import overhang_warnings
 from stackdsl.importers.text_positions import IN_METRES
 from stackdsl.language.imports import Import
 
 LONGEST_SIDES: Final = (Fraction(1, 1000), Fraction(20))  # [m] of a brick, from a toy to a block of a quarry
 LIKELY_SIDES: Final = (Fraction(1, 10), Fraction(3))  # [m]
+NEARLY: Final = Fraction(5, 1000)  # [m] between the height of a pallet and that of the lowest box
 DENSITIES: Final = (1, 25_000)  # [kg/m3], from air to more than any metal in use
 
 
@@ -22,7 +23,21 @@ def load_warnings(load: ImportedLoad, options: Import) -> Iterator[ScenarioWarni
         lowest = {"corner": "is 0", "centre": "is half their height"}[load.likely_point]
         message = f"z of the lowest boxes {lowest}, so x, y, z are hardly the {options.point} of a box"
         yield ScenarioWarning(load.boxes[0].span, message, f"write `point: {load.likely_point}` if that is so")
+    yield from _level(load, options)
     yield from overhang_warnings(load, options)
+
+
+def _level(load: ImportedLoad, options: Import) -> Iterator[ScenarioWarning]:
+    """Yield one warning if the boxes hang as high above their deck as the pallet is high."""
+    if options.deck is None or options.deck.surface is None or options.deck.level != 0.0:
+        return
+    lowest = min(load.boxes, key=lambda box: box.centre[2] - box.size[2] / 2)
+    height, base = Fraction(repr(options.deck.height)), Fraction(repr(options.origin[2]))
+    above = lowest.centre[2] - lowest.size[2] / 2 - base - height
+    if abs(above - height) <= max(load.precision, NEARLY):
+        message = f"z of the lowest box is {digits(1000 * above)} mm, the height of the pallet"
+        hint = f"if z counts from the floor, write `deck: {{level: {digits(1000 * height)} mm}}`"
+        yield ScenarioWarning(lowest.span, message, hint)
 
 
 def _implausible(load: ImportedLoad, options: Import) -> Iterator[ScenarioWarning]:

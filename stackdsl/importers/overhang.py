@@ -1,6 +1,7 @@
 """Warns about boxes that overhang the deck of their pallet, where nothing supports them.
 
-Statics treats the deck as part of an infinite ground at height 0, so it supports such a box on more area than there is.
+Unless the deck is built as a brick, statics treats it as part of an infinite ground at height 0, which supports such a
+box on more area than there is.
 """
 
 from collections.abc import Iterator
@@ -15,6 +16,7 @@ from stackdsl.diagnostics import ScenarioWarning
 from stackdsl.importers.load import Deck, Exact3, ImportedBox, ImportedLoad
 from stackdsl.importers.settling import RIGHT_ANGLE
 from stackdsl.language.imports import Import
+from stackdsl.language.pallets import CLOSED
 from stackdsl.language.room_on_deck import Bounds, Room, millimetres, room_text
 from stackdsl.language.yaml.source import Area
 
@@ -85,10 +87,10 @@ def overhang_warnings(load: ImportedLoad, options: Import) -> Iterator[ScenarioW
     more = f", and {names_text(others)} by at most this amount" if others else ""
     size = " x ".join(millimetres(float(side)) for side in deck.size)
     if _is_beside(worst.box, deck):
+        assumed = "" if _is_built(options) else "; the verdict assumes that the deck continues there"
         yield ScenarioWarning(
             worst.box.span,
-            f"{name} lies beside the deck of {size} mm, and reaches {sides} beyond it{more}; the verdict assumes that "
-            "the deck continues there",
+            f"{name} lies beside the deck of {size} mm, and reaches {sides} beyond it{more}{assumed}",
             "import each pallet of a table by itself; if the deck is elsewhere, give its corner in the scenario: "
             "`deck: {at: [x, y]}`",
         )
@@ -97,14 +99,20 @@ def overhang_warnings(load: ImportedLoad, options: Import) -> Iterator[ScenarioW
     names = [f"'{box.name}'" if box.name else _name(box) for box in load.boxes]
     yield ScenarioWarning(
         worst.box.span,
-        f"{name} overhangs the deck of {size} mm by {sides}{more}; {_basis(load, deck)}",
+        f"{name} overhangs the deck of {size} mm by {sides}{more}; {_basis(load, deck, options)}",
         f"{room_text(Room([*map(_float_bounds, load.boxes)], area), number, names)}, or permit the overhang: "
         f"`deck: {{overhang: {millimetres(float(worst.amount))} mm}}`",
     )
 
 
-def _basis(load: ImportedLoad, deck: Deck) -> str:
+def _is_built(options: Import) -> bool:
+    return options.deck is not None and options.deck.surface is not None
+
+
+def _basis(load: ImportedLoad, deck: Deck, options: Import) -> str:
     """Return whether the ground beside the deck carries a box in the verdict."""
+    if _is_built(options):
+        return "the verdict is that of this deck"
     allowed = load.precision + ROUNDED
     beside = [
         _name(box)
@@ -114,7 +122,7 @@ def _basis(load: ImportedLoad, deck: Deck) -> str:
     if not beside:
         return "every overhanging box lies on other boxes, so the verdict is that of the real deck"
     carried = f"the verdict counts on ground beside the deck below {names_text(beside)}"
-    return f"{carried}; build the deck as a brick to judge the real one: docs/guides/pallets.md, The real deck"
+    return f"{carried}; to judge the real deck, build it: `deck: {{surface: {CLOSED}}}`"
 
 
 def _name(box: ImportedBox) -> str:

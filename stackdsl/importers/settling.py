@@ -145,19 +145,27 @@ class _Gap:
     size: Fraction  # [m]; negative for an overlap of at most the precision
 
 
-def settled(load: ImportedLoad, settle: Settle, on_share: Callable[[float], None] = lambda _: None) -> SettledLoad:
-    """Settle a load; all boxes must be upright (see `first_unsettleable`).
+def settled(
+    load: ImportedLoad,
+    settle: Settle,
+    on_share: Callable[[float], None] = lambda _: None,
+    supports: Sequence[ImportedBox] = (),
+) -> SettledLoad:
+    """Settle a load on the ground and on upright boxes that stay where they are, such as the deck of its pallet.
 
-    `on_share` is called with the share of the boxes that are compared with their neighbours.
+    All boxes must be upright (see `first_unsettleable`). `on_share` is called with the share of the boxes that are
+    compared with their neighbours.
     """
     if not settle.lowered and settle.within is None:
         still = tuple(Fraction(0) for _ in load.boxes)
         return SettledLoad(load, still, still, still)
     trimmed = trim(load.boxes, load.precision, lambda share: on_share(share / 2))
     widest = inf if settle.within is None else settle.within
-    gaps = _gaps(trimmed, load.precision, widest, lambda share: on_share((1 + share) / 2))
-    bottoms, tops = _lowered(trimmed, gaps) if settle.within is None else _levelled(trimmed, gaps)
-    boxes = tuple(_between(box, low, high) for box, low, high in zip(trimmed, bottoms, tops, strict=True))
+    every, count = [*trimmed, *supports], len(trimmed)
+    gaps = _gaps(every, count, load.precision, widest, lambda share: on_share((1 + share) / 2))
+    bottoms, tops = _lowered(every, gaps) if settle.within is None else _levelled(every, count, gaps)
+    heights = zip(trimmed, bottoms[:count], tops[:count], strict=True)
+    boxes = tuple(_between(box, low, high) for box, low, high in heights)
     return SettledLoad(
         replace(load, boxes=boxes),
         tuple(new.bottom - old.bottom for new, old in zip(boxes, load.boxes, strict=True)),
@@ -184,17 +192,26 @@ def _upwards(boxes: Sequence[ImportedBox]) -> list[int]:
 
 
 def _gaps(
-    boxes: Sequence[ImportedBox], precision: Fraction, widest: float | Fraction, on_share: Callable[[float], None]
+    boxes: Sequence[ImportedBox],
+    count: int,
+    precision: Fraction,
+    widest: float | Fraction,
+    on_share: Callable[[float], None],
 ) -> list[_Gap]:
-    """Return the gaps of at most `widest` below each box; none for a box inside another."""
+    """Return the gaps of at most `widest` below each of the first `count` boxes; none for a box inside another.
+
+    The boxes from `count` on are supports.
+    """
     outlines = [outline(box) for box in boxes]
     bottoms, tops = [box.bottom for box in boxes], [box.top for box in boxes]
     low, high = list(map(float, bottoms)), list(map(float, tops))
-    gaps = [_Gap(upper, GROUND, bottom) for upper, bottom in enumerate(bottoms) if -precision <= bottom <= widest]
+    gaps = [
+        _Gap(upper, GROUND, bottom) for upper, bottom in enumerate(bottoms[:count]) if -precision <= bottom <= widest
+    ]
     inside, limit = set[int](), float(widest) + ROUNDED
     for one, other in close_in_plan(outlines, on_share):
         lower, upper = (one, other) if (low[one], one) < (low[other], other) else (other, one)
-        if low[upper] - high[lower] > limit:  # saves the slow exact comparison
+        if upper >= count or low[upper] - high[lower] > limit:  # saves the slow exact comparison
             continue
         gap = bottoms[upper] - tops[lower]
         if gap <= widest and overlap_in_plan(outlines[upper], outlines[lower]) > precision:
@@ -270,33 +287,63 @@ class _Levels:
         return ordered if len(ordered) == len(remaining) else None
 
 
-def _levelled(boxes: Sequence[ImportedBox], contacts: Sequence[_Gap]) -> tuple[list[Fraction], list[Fraction]]:
-    """Return the lowest heights of lower and upper faces at which all faces in contact are level."""
-    levels = _joined(boxes, contacts)
+def _levelled(
+    boxes: Sequence[ImportedBox], count: int, contacts: Sequence[_Gap]
+) -> tuple[list[Fraction], list[Fraction]]:
+    """Return the lowest heights of lower and upper faces at which all faces in contact are level.
+
+    The boxes from `count` on are supports, which keep their heights.
+    """
+    # Of several supports below a box, the highest carries it.
+    highest: dict[int, Fraction] = {}
+    for gap in contacts:
+        if not 0 <= gap.lower < count:
+            highest[gap.upper] = min(highest.get(gap.upper, gap.size), gap.size)
+    kept = [gap for gap in contacts if 0 <= gap.lower < count or gap.size == highest[gap.upper]]
+    levels = _joined(boxes, count, kept)
+    heights = _heights(boxes, levels, _least(boxes, levels, kept))
+    faces = range(len(boxes))
+    return [heights[levels.of((n, "bottom"))] for n in faces], [heights[levels.of((n, "top"))] for n in faces]
+
+
+def _least(boxes: Sequence[ImportedBox], levels: _Levels, contacts: Sequence[_Gap]) -> dict[tuple[int, str], Fraction]:
+    """Return the least heights of levels: those of the ground and of boxes that touch nothing below them."""
     least: dict[tuple[int, str], Fraction] = {levels.of((GROUND, "top")): Fraction(0)}
     touching = {gap.upper for gap in contacts}
     for number, box in enumerate(boxes):
         if number not in touching:  # it keeps its written height
             level = levels.of((number, "bottom"))
             least[level] = max(least.get(level, box.bottom), box.bottom)
-    heights = _heights(boxes, levels, least)
-    faces = range(len(boxes))
-    return [heights[levels.of((n, "bottom"))] for n in faces], [heights[levels.of((n, "top"))] for n in faces]
+    return least
 
 
-def _joined(boxes: Sequence[ImportedBox], contacts: Sequence[_Gap]) -> _Levels:
-    """Close all gaps; if some box would have no height then, close gaps from the smallest on where possible."""
+def _joined(boxes: Sequence[ImportedBox], count: int, contacts: Sequence[_Gap]) -> _Levels:
+    """Close all gaps; if that is impossible, close gaps from the smallest on where possible.
+
+    It is impossible if some box would have no height then, or if a support from `count` on would have to grow.
+    """
     levels = _Levels(boxes)
     for gap in contacts:
         levels.join(gap)
-    if levels.order() is not None:
+    if _is_possible(boxes, count, levels, contacts):
         return levels
     levels = _Levels(boxes)  # some box is as thin as a gap
     for gap in sorted(contacts, key=lambda gap: (gap.size, gap.upper, gap.lower)):
         joined = levels.join(gap)
-        if joined is not None and levels.order() is None:
+        if joined is not None and not _is_possible(boxes, count, levels, contacts):
             levels.part(joined)
     return levels
+
+
+def _is_possible(boxes: Sequence[ImportedBox], count: int, levels: _Levels, contacts: Sequence[_Gap]) -> bool:
+    """Return whether all boxes have a height, and the supports that of their boxes."""
+    if levels.order() is None:
+        return False
+    if count == len(boxes):
+        return True
+    heights = _heights(boxes, levels, _least(boxes, levels, contacts))
+    supports = range(count, len(boxes))
+    return all(heights[levels.of((number, "top"))] == boxes[number].top for number in supports)
 
 
 def _heights(

@@ -39,6 +39,7 @@ from stackdsl.language.joints import LEGO_STUDS, StudGrid
 from stackdsl.language.layouts.registry import BrickSpec
 from stackdsl.language.lego import LEGO, PLATES, meant_lego
 from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Shorthand, default
+from stackdsl.language.pallets import Pallet, pallet_boxes
 from stackdsl.language.quantities import SIDE, ConsequentialError, InputError, shown, triple
 from stackdsl.language.rotations import about_axes
 from stackdsl.language.value_types import Levels
@@ -529,6 +530,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
     section: Section | None = Field(None, description="a brick of L, T, U, I or channel section")
     hollow_block: HollowBlock | None = Field(None, description="a block with cells that are open above and below")
     table: TableBrick | None = Field(None, description="a table with four legs")
+    pallet: Pallet | None = Field(None, description="a pallet such as `EUR`, with a closed deck or with boards")
     unit: Literal["mm", "cm", "m"] | None = Field(None, description="unit of length in the OBJ file")
     centre_of_mass: tuple[t.Length, t.Length, t.Length] | None = Field(
         None,
@@ -550,7 +552,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
     one_of: ClassVar[tuple[str, ...]] = ("density", "mass")
     also_one_of: ClassVar[tuple[str, ...]] = (
         *("size", "prism", *ROUND_KEYS, "points", "file"),
-        *("parts", "section", "hollow_block", "table"),
+        *("parts", "section", "hollow_block", "table", "pallet"),
     )
     examples: ClassVar[Mapping[str, str]] = {"density": "500 kg/m3", "size": "[120 mm, 24 mm, 8 mm]"}
 
@@ -708,14 +710,24 @@ def _form_of(written: Mapping[str, Any], centre: Vec3 | None, info: ValidationIn
         return hull_form(written["points"], centre)
     if written.get("parts") is not None:
         return compound_form(tuple(part.placed() for part in written["parts"]), centre)
+    if (made := _form_of_words(written, centre)) is not None:
+        return made
+    if info is not None and written.get("file") is not None and written.get("unit") is not None:
+        return mesh_form(_text_of(written["file"], info), written["file"], written["unit"], centre)
+    return None
+
+
+def _form_of_words(written: Mapping[str, Any], centre: Vec3 | None) -> Form | None:
+    """Return the form of a word for a common body of several parts; None if none is written."""
     if (section := written.get("section")) is not None:
         return compound_form(section_boxes(section.shape, section.size, section.thickness), centre)
     if (block := written.get("hollow_block")) is not None:
         return compound_form(hollow_block_boxes(block.size, block.wall, block.cells), centre)
     if (table := written.get("table")) is not None:
         return compound_form(table_boxes(table.size, table.top, table.leg), centre)
-    if info is not None and written.get("file") is not None and written.get("unit") is not None:
-        return mesh_form(_text_of(written["file"], info), written["file"], written["unit"], centre)
+    if (pallet := written.get("pallet")) is not None:
+        boards = pallet.boards
+        return compound_form(pallet_boxes(pallet.whole, boards), centre) if boards else box_form(pallet.whole, centre)
     return None
 
 

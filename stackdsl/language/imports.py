@@ -10,6 +10,7 @@ from pydantic import Field, WithJsonSchema, model_validator
 
 from stackdsl.language import value_types as t
 from stackdsl.language.model_base import AtLeastOneKey, AuthorModel, Shorthand, default
+from stackdsl.language.pallets import AS_EUR, CLOSED, DECKS, EUR_HEIGHT, DeckSize, DeckSurface
 from stackdsl.language.quantities import EXTENT, InputError, exact_quantity, quantity_pattern, shown
 from stackdsl.language.value_types import Reads, text_schema
 
@@ -63,51 +64,37 @@ class DefaultUnits(AtLeastOneKey):
     mass: Literal["g", "kg", "t", "lb"] | None = Field(None, description="unit of masses")
 
 
-# Length and width of standard pallets [mm], from EN 13698 and ISO 6780.
-DECKS: Final[Mapping[str, tuple[int, int]]] = {
-    "EUR": (1200, 800),
-    "EUR2": (1200, 1000),
-    "EUR3": (1000, 1200),
-    "EUR6": (800, 600),
-    "GMA": (1219, 1016),
-}
-
-
-def parse_deck_size(written: object) -> tuple[Fraction, Fraction]:
-    """Read the name of a standard pallet such as `EUR`, or length and width with their units. Return [m]."""
-    advice = f"write one of {', '.join(DECKS)}, or length and width, such as [1200 mm, 800 mm]"
-    if isinstance(written, str) and written in DECKS:
-        length, width = DECKS[written]
-        return Fraction(length, 1000), Fraction(width, 1000)
-    if not (isinstance(written, list | tuple) and len(written) == 2 and all(isinstance(side, str) for side in written)):  # noqa: PLR2004
-        raise InputError("SD104", f"{shown(written)} is not the size of a deck", advice)
-    length_, width_ = (exact_quantity(side, EXTENT) for side in written)
-    if not (0 < length_ <= 100 and 0 < width_ <= 100):  # noqa: PLR2004 -- [m]
-        raise InputError(
-            "SD104", "a side of the deck is out of range: it must be greater than zero, at most 100 m", advice
-        )
-    return length_, width_
-
-
-_SIDE: Final = {"type": "string", "pattern": rf"^\s*{quantity_pattern(EXTENT)}\s*$"}
-_DECK_SIZE: Final = {
-    "anyOf": [{"enum": list(DECKS)}, {"type": "array", "items": _SIDE, "minItems": 2, "maxItems": 2}],
-    "examples": ["EUR"],
-}
-
-
 class DeckWords(Shorthand):
-    """The deck of the pallet under a load: at height 0, its sides along x and y."""
+    """The deck of the pallet under a load: at height 0 of the file, its sides along x and y."""
 
-    size: Annotated[tuple[Fraction, Fraction], Reads(parse_deck_size, _DECK_SIZE)] | None = Field(
-        None, description="EUR, EUR2, EUR3, EUR6, GMA, or [length along x, width along y]; default: from the file"
+    size: DeckSize | None = Field(
+        None, description=f"{', '.join(DECKS)}, or [length along x, width along y]; default: from the file"
     )
+    surface: DeckSurface | None = Field(
+        None,
+        description="builds the pallet as a brick `deck` below the load: `closed`, the `boards` of an EUR pallet, or "
+        "the width of each board along x; default: the ground is the deck",
+    )
+    height: t.Side = default(EUR_HEIGHT, "height of the pallet that is built")
+    mass: t.Mass | None = Field(
+        None,
+        description="mass of the pallet that is built; default: 25 kg for an area of 1200 x 800 mm, and in proportion",
+    )
+    level: t.Length = default("0 mm", "height of the deck in the file; 144 mm if z counts from below an EUR pallet")
     at: tuple[t.Length, t.Length] | None = Field(
         None, description="position [x, y] of the corner of the deck; default: [0, 0] in the file"
     )
     overhang: t.NonNegativeLength = default("0 mm", "permissible overhang of a box beyond the deck")
 
     scalar_key: ClassVar[str] = "size"
+
+    @model_validator(mode="after")
+    def _build_what_is_described(self) -> Self:
+        for key in ("height", "mass"):
+            if key in self.model_fields_set and self.surface is None:
+                message = f"`{key}` applies only to a deck that is built"
+                raise InputError("SD102", message, f"add `surface: {CLOSED}` or `surface: {AS_EUR}`")
+        return self
 
 
 class Import(AuthorModel):

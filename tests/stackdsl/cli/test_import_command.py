@@ -36,7 +36,7 @@ def test_import_lists_moved_and_ignored_parts_at_the_head(stackdsl: Stackdsl, tm
         "left out: orderID, description, shippingGroup, palletType, approach",
         "friction between boxes assumed: 0.5; measure it, and set --friction",
         "deck from [0 mm, 0 mm] to [800 mm, 1200 mm], not built: the ground continues around it; "
-        "docs/guides/pallets.md, The real deck, builds it",
+        "--surface closed builds it",
     ]
     assert printed.err.splitlines() == told
     assert printed.out.splitlines()[:5] == [f"# {line}" for line in told]

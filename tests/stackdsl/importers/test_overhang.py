@@ -114,7 +114,7 @@ def test_a_row_that_is_longer_than_the_deck_has_no_room() -> None:
 
 def test_a_box_that_the_ground_beside_the_deck_carries_is_told_with_the_remedy() -> None:
     (warning,) = told_of_rows("a,300,400,200,5,0,0,0\nb,300,400,200,5,1000,0,0")
-    assert "the verdict counts on ground beside the deck below b; build the deck as a brick" in warning
+    assert "the verdict counts on ground beside the deck below b; to judge the real deck, build it" in warning
 
 
 def test_a_second_pallet_in_a_table_is_no_overhang_to_push_back() -> None:
