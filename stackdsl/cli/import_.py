@@ -30,6 +30,7 @@ from stackdsl.importers.load_warnings import load_warnings
 from stackdsl.importers.overhang import permitted_area
 from stackdsl.importers.settling import SettledLoad, first_unsettleable, moved_lines, settled
 from stackdsl.importers.supervised_reading import load_supervised
+from stackdsl.importers.tables import COLUMNS
 from stackdsl.language.imports import LOAD_FORMATS, DefaultUnits, Import
 from stackdsl.language.pallets import DECKS
 from stackdsl.language.quantities import InputError
@@ -90,6 +91,12 @@ _LENGTHS, _MASSES = (
 @click.option(
     "--point", type=click.Choice(("corner", "centre")), help="Point of a box that x, y, z of a table refer to."
 )
+@click.option("--map", "map_", multiple=True, help="Column of a table by its header: length=L. Can be repeated.")
+@click.option(
+    "--decimals",
+    type=click.Choice(("point", "comma")),
+    help="Sign of decimals in a table; the other separates thousands.",
+)
 @click.option("--length", type=click.Choice(_LENGTHS), help="Unit of lengths, if FILE does not give one.")
 @click.option("--mass", type=click.Choice(_MASSES), help="Unit of masses in a table, if FILE does not give one.")
 @click.option("--density", help="Density of the solids in an OBJ or COMPAS file, such as '2400 kg/m3'.")
@@ -123,6 +130,8 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     load: str | None,
     settle: str,
     point: str | None,
+    map_: tuple[str, ...],
+    decimals: str | None,
     length: str | None,
     mass: str | None,
     density: str | None,
@@ -142,9 +151,9 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     """Convert the boxes in FILE, written by another program, to a scenario, and print it."""
     of_load = {"format": format_, "load": load, "settle": settle, "point": point, "ignore": ignore, "origin": origin}
     of_file = {"length": length, "mass": mass, "density": density, "up": up, "supports": supports, "library": library}
-    asked = _asked(
-        file=str(file), deck=_deck(size=deck, surface=surface, level=level, overhang=overhang), **of_load, **of_file
-    )
+    of_table = {"map": _map(map_), "decimals": decimals}
+    on = _deck(size=deck, surface=surface, level=level, overhang=overhang)
+    asked = _asked(file=str(file), deck=on, **of_load, **of_file, **of_table)
 
     def beside(named: str) -> bytes:
         return read_file(Path(path_beside(named, str(file))), MAX_IMPORTED, root_of(str(file)))
@@ -171,8 +180,8 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
             tell(diagnostic_text(replace(mistake, hint=_as_options(mistake.hint))))
         if error.proposed:
             edits = any(
-                "headers by" in mistake.hint
-                or "if it is the " in mistake.hint
+                "add the column" in mistake.hint
+                or "needs `" in mistake.hint
                 or (mistake.code != OPEN and "`ignore`" not in mistake.hint)
                 for mistake in error.diagnostics
             )
@@ -206,7 +215,8 @@ def _command(proposed: Mapping[str, Any]) -> str:
     """Return the command of this call, with proposed options added."""
     words = ["stackdsl", "import", *_call_arguments()]
     for key, value in proposed.items():
-        for each in value if isinstance(value, list) else [value]:
+        pairs = [f"{column}={header}" for column, header in value.items()] if isinstance(value, dict) else [value]
+        for each in value if isinstance(value, list) else pairs:
             words += [f"--{key}", each]
     return visible(shlex.join(words))
 
@@ -220,7 +230,19 @@ def _call_arguments() -> Sequence[str]:
 TOO_LARGE: Final = "SD006"  # a file over the limit of its kind
 OPEN: Final = "SD115"  # a property that the file leaves open
 KEY: Final = re.compile(r"`(?P<key>\w+)(?:: (?:\{(?P<inside>[^`}]*)\}|(?P<value>[^`]+)))?`")
-OPTIONS: Final = ("format", "load", "settle", "point", "density", "up", "supports", "library", "ignore", "origin")
+OPTIONS: Final = (
+    "format",
+    "load",
+    "settle",
+    "point",
+    "decimals",
+    "density",
+    "up",
+    "supports",
+    "library",
+    "ignore",
+    "origin",
+)
 
 
 def _as_options(hint: str) -> str:
@@ -228,6 +250,9 @@ def _as_options(hint: str) -> str:
 
     def option(match: re.Match[str]) -> str:
         key, inside = match["key"], match["inside"]
+        if key == "map" and inside:
+            columns = re.findall(r"(\w+): ('[^']*'|[^,]*)", inside)
+            return " ".join(f"--map {shlex.quote(f'{column}={header.strip(chr(39))}')}" for column, header in columns)
         if key in ("units", "deck") and inside:
             pairs = (pair.split(": ", 1) for pair in inside.split(", "))
             return " ".join(f"--{name} {shlex.quote(value)}" for name, value in pairs)
@@ -265,6 +290,19 @@ def _asked(**written: object) -> Import:
         cause = first.get("ctx", {}).get("error")
         said = f"{cause.message}; {cause.hint}" if isinstance(cause, InputError) else first["msg"]
         raise click.UsageError(said) from error
+
+
+def _map(written: Sequence[str]) -> dict[str, str] | None:
+    """Return the entry `map` of a scenario. Raises a usage error."""
+    columns: dict[str, str] = {}
+    for each in written:
+        column, sign, header = each.partition("=")
+        if not sign or column not in COLUMNS:
+            raise click.UsageError(
+                f"--map {each}: write COLUMN=HEADER, such as length=L, with one of the columns {', '.join(COLUMNS)}"
+            )
+        columns[column] = header
+    return columns or None
 
 
 def _deck(size: str | None, **others: str | None) -> dict[str, object] | None:

@@ -5,11 +5,10 @@ import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from io import StringIO
 from typing import Final
 
-from stackdsl.diagnostics import Span, meant_choice
-from stackdsl.importers.load import ImportedBox, ImportedLoad, LoadReading, digits
+from stackdsl.diagnostics import Span, did_you_mean, meant_choice
+from stackdsl.importers.load import Exact3, ImportedBox, ImportedLoad, LoadReading, digits
 from stackdsl.importers.text_positions import (
     IN_KILOGRAMS,
     IN_METRES,
@@ -41,6 +40,7 @@ LIKE: Final[Mapping[str, Sequence[str]]] = {
     "y": ("posy", "py", "cy", "ypos", "front"),
     "z": ("posz", "pz", "cz", "zpos", "bottom"),
     "friction": ("mu", "cof"),
+    "rotated": ("gedreht", "turned", "verdreht"),
     "yaw": ("rotation", "rot", "angle", "orientation", "theta", "turn", "drehung", "winkel"),
 }
 LAYERS: Final = ("layer", "level", "tier", "lage", "ebene")  # numbers from the bottom, which are no heights
@@ -76,6 +76,7 @@ def likely_column(header: str) -> str:
 # | `mass` | mass |
 # | `x`, `y`, `z` | position of the lower corner or of the centre, according to `point` |
 # | `yaw` | rotation about the vertical, from x towards y; optional |
+# | `rotated` | orientation: whether the length is along y, or the sides along x, y and z, such as WLH; optional |
 # | `friction` | Coulomb coefficient of the box, without a unit; optional, also in each row |
 #
 # A header is written as `length [mm]`, `length (mm)`, `length/mm`, `length_mm` or `length mm`.
@@ -84,8 +85,15 @@ def likely_column(header: str) -> str:
 SIDES: Final = ("length", "width", "height")
 PLACE: Final = ("x", "y", "z")
 NEEDED: Final = (*SIDES, "mass", *PLACE)
-COLUMNS: Final = ("name", *NEEDED, "yaw", "friction")
-BARE: Final = ("name", "friction")  # columns without a unit
+COLUMNS: Final = ("name", *NEEDED, "yaw", "rotated", "friction")
+BARE: Final = ("name", "rotated", "friction")  # columns without a unit
+TEXTS: Final = ("name", "rotated")  # columns without numbers
+# Whether the length of a box is along y, as tables say it.
+ROTATED: Final[Mapping[str, bool]] = {
+    **dict.fromkeys(("yes", "y", "true", "1", "ja", "j", "wahr", "x", "90", "270", "-90"), True),
+    **dict.fromkeys(("no", "n", "false", "0", "nein", "falsch", "", "-", "180"), False),
+}
+LABEL_SIDES: Final[Mapping[str, str]] = {"L": "length", "W": "width", "B": "width", "H": "height"}
 DEGREES: Final = {"deg": Fraction(1)}
 DELIMITERS: Final = ",;\t"
 LAYERS_TOLD: Final = 6  # in a message
@@ -122,7 +130,8 @@ def read_table(reading: LoadReading, options: Import) -> ImportedLoad:
     """Read the boxes of a table. Raises UnreadableLoadError."""
     text = "\n".join(reading.page.lines).lstrip()
     rows: Sequence[_Row] = list(_objects(reading) if text.startswith(("[", "{")) else _lines(reading))
-    rows = _with_decimal_points(reading, rows)
+    rows = _mapped(reading, rows, options.map_.headers()) if options.map_ is not None and rows else rows
+    rows = _with_decimal_points(reading, rows, options.decimals)
     columns = _columns(reading, rows, options) if rows else {}
     boxes_only = _only_boxes(reading, rows)
     if "name" in columns and _unusable_name(boxes_only, columns["name"].header):
@@ -141,6 +150,41 @@ def read_table(reading: LoadReading, options: Import) -> ImportedLoad:
         re.match(r"[0-9]", _text_in(row, columns["name"].header)) for row in boxes_only
     )
     return replace(load, prefix=PREFIX) if numbered else load
+
+
+def _mapped(reading: LoadReading, rows: Sequence[_Row], headers: Mapping[str, str]) -> Sequence[_Row]:
+    """Return the rows with the headers of the author renamed to their columns; each keeps its unit."""
+    written = {header: cell.span for row in rows for header, cell in row.cells.items()}
+    renamed: dict[str, str] = {}
+    start = next((n for n, line in enumerate(reading.page.lines) if line.strip()), 0)
+    for column, header in headers.items():
+        found = next((each for each in written if header in (each, UNIT.sub("", each).strip())), None)
+        other = next((each for each in written if each != found and _exact_column(each) == column), None)
+        if found is None:
+            hint = did_you_mean(header, written) or f"the table has the columns {', '.join(map(repr, written))}"
+            reading.undetermined(
+                reading.page.span(start, 0), f"`map` names the column '{header}', which the table does not have", hint
+            )
+        elif found in renamed or found in reading.ignored:
+            why = f"the {_exact_column(renamed[found])}" if found in renamed else "a column of `ignore`"
+            message = f"`map` says that '{header}' is the {column}, but it is also {why}"
+            reading.undetermined(_header_span(reading, found, written[found]), message, "remove one of them")
+        elif other is not None and other not in reading.ignored:
+            message = f"`map` says that '{header}' is the {column}, but the table also has the column '{other}'"
+            hint = f"to ignore it, write `ignore: ['{other}']`"
+            reading.undetermined(_header_span(reading, found, written[found]), message, hint)
+        else:
+            unit = _unit_in(found)
+            renamed[found] = f"{column} [{unit}]" if unit and column not in BARE else column
+    reading.end()
+    kept = {
+        header: renamed.get(header, header) for header in written if header not in reading.ignored or header in renamed
+    }
+    reading.used.update(reading.ignored.intersection(written))
+    reading.ignored -= written.keys()  # these columns are gone, and a mapped one may have the header of one of them
+    return [
+        replace(row, cells={kept[header]: cell for header, cell in row.cells.items() if header in kept}) for row in rows
+    ]
 
 
 # --- rows -------------------------------------------------------------------------------------------------------------
@@ -238,21 +282,25 @@ _DECIMAL_COMMA: Final = re.compile(r"[+-]?\d*,\d+")
 _GROUPED: Final = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")  # 1,250: with a thousands separator, or a decimal comma
 
 
-def _with_decimal_points(reading: LoadReading, rows: Sequence[_Row]) -> Sequence[_Row]:
+def _with_decimal_points(reading: LoadReading, rows: Sequence[_Row], decimals: str | None) -> Sequence[_Row]:
     """Return the rows with decimal points for decimal commas; report numbers that can be read in two ways.
 
-    A comma such as that of `12,5` or `0,125` cannot separate thousands, and decides for the whole table.
+    A comma such as that of `12,5` or `0,125` cannot separate thousands, and decides for the whole table, unless the
+    author gives the sign of decimals.
     """
-    numeric = [header for name, header in _likely_headers(rows).items() if name != "name"]
+    numeric = [header for name, header in _likely_headers(rows).items() if name not in TEXTS]
     texts = [text for row in rows for header in numeric if (text := _text_in(row, header))]
     example = next((text for text in texts if _DECIMAL_COMMA.fullmatch(text) and not _GROUPED.fullmatch(text)), "")
-    if not example and not any("," in text for text in texts):
+    if decimals is None and not example and not any("," in text for text in texts):
         return rows
     read: list[_Row] = []
     for row in rows:
         cells, clear = dict(row.cells), True
         for header in numeric:
             text = _text_in(row, header)
+            if decimals is not None:
+                cells[header] = replace(cells[header], text=_with_point(text, decimals)) if text else cells[header]
+                continue
             wrong = _ambiguity(text, example)
             if wrong is not None:
                 reading.wrong(row.cells[header].span, *wrong)
@@ -264,20 +312,31 @@ def _with_decimal_points(reading: LoadReading, rows: Sequence[_Row]) -> Sequence
     return read
 
 
+def _with_point(text: str, decimals: str) -> str:
+    """Return a number with a decimal point and no separators of thousands; other texts as they are."""
+    sign, thousands = (",", ".") if decimals == "comma" else (".", ",")
+    whole, point, rest = text.partition(sign)
+    if thousands in whole and re.fullmatch(rf"[+-]?[1-9]\d{{0,2}}(?:{re.escape(thousands)}\d{{3}})+", whole):
+        whole = whole.replace(thousands, "")
+    if thousands in whole + rest or sign in rest:
+        return text  # reported as no number
+    return f"{whole}.{rest}" if point else whole
+
+
 def _ambiguity(text: str, example: str) -> tuple[str, str] | None:
     """Return message and remedy for a number whose comma or point is unclear beside a decimal comma as in `example`."""
     digits = text.replace(",", "").replace(".", "")
     if example and "." in text:
         message = f"the point in '{text}' is unclear, since the table has decimal commas, such as '{example}'"
-        return message, f"write {digits} or {text.replace(',', '').replace('.', ',')}"
+        return message, f"write {digits} or {text.replace(',', '').replace('.', ',')}, or set `decimals: comma`"
     if "," not in text or (example and text.count(",") == 1):
         return None
     if _GROUPED.fullmatch(text):
         return (
             f"'{text}' is {digits} with a thousands separator, or {text.replace(',', '.', 1)} with a decimal comma",
-            f"write {digits}, or a decimal point",
+            f"write {digits}, or a decimal point; or set `decimals: point` or `decimals: comma`",
         )
-    return f"'{text}' has a thousands separator", f"write {text.replace(',', '')}"
+    return f"'{text}' has a thousands separator", f"write {text.replace(',', '')}, or set `decimals: point`"
 
 
 def _text_in(row: _Row, header: str) -> str:
@@ -481,16 +540,21 @@ def _refuse_unsupported(
     reading.proposed["ignore"] = [header for header in headers if header not in meant]
     if len(headers) == 1:
         (header,) = headers
-        advice = f"if it is the {meant[header]}, write '{_rewritten(header)}'" if meant else layers
+        reading.proposed["map"] = {column: each for each, column in meant.items()}
+        advice = (
+            f"if it is the {meant[header]}, write `map: {{{meant[header]}: {_shown(header)}}}`" if meant else layers
+        )
         reading.skip(header, _header_span(reading, header, spans[header]), harmless=False, advice=advice)
         return
     others = reading.proposed["ignore"]
-    new = {header: _rewritten(header) for header in meant}
-    told = [_new_headers(reading, rows, new)] if new else []
+    if meant:
+        reading.proposed["map"] = {column: header for header, column in meant.items()}
+    mapped = ", ".join(f"{column}: {_shown(header)}" for header, column in meant.items())
+    told = [f"write `map: {{{mapped}}}`"] if meant else []
     unknown = [f"`{name}`" for name in missing if name not in meant.values()]
-    told += [f"the table {'also ' * bool(new)}needs {', '.join(unknown)}"] if unknown else []
+    told += [f"the table {'also ' * bool(meant)}needs {', '.join(unknown)}"] if unknown else []
     told += [layers] if layers else []
-    told += [f"to ignore {'the others' if new else 'columns'}, write `ignore: {others}`"] if others else []
+    told += [f"to ignore {'the others' if meant else 'columns'}, write `ignore: {others}`"] if others else []
     message = f"the columns {', '.join(map(repr, headers))} are not supported"
     reading.undetermined(_header_span(reading, headers[0], spans[headers[0]]), message, "; ".join(told))
 
@@ -506,21 +570,9 @@ def _prefixed(name: str) -> str:
     return PREFIX + name if re.match(r"[0-9]", name) else name
 
 
-def _new_headers(reading: LoadReading, rows: Sequence[_Row], new: Mapping[str, str]) -> str:
-    """Return the advice to write headers: the whole line of a CSV table, or the keys of JSON."""
-    lines = [line for line in reading.page.lines if line.strip()]
-    if lines[0].lstrip()[0] in "[{":
-        return "write " + ", ".join(f"'{text}' for '{header}'" for header, text in new.items())
-    delimiter = max(DELIMITERS, key=lines[0].count)
-    line = StringIO()
-    csv.writer(line, delimiter=delimiter, lineterminator="").writerow(new.get(each, each) for each in rows[0].cells)
-    return f"replace the line of headers by `{line.getvalue()}`"
-
-
-def _rewritten(header: str) -> str:
-    """Return the header of the column that a header probably means, with its unit."""
-    name, unit = likely_column(header), _unit_in(header)
-    return f"{name} [{unit}]" if unit and name not in BARE else name
+def _shown(header: str) -> str:
+    """Return a header as a value of YAML in braces."""
+    return header if re.fullmatch(r"[^\W\d][\w .]*", header) else f"'{header}'"
 
 
 def _header_span(reading: LoadReading, header: str, span: Span) -> Span:
@@ -602,11 +654,18 @@ def _box(reading: LoadReading, row: _Row, columns: Mapping[str, _Column], of_cor
     yaw = units.number(cells["yaw"].text, cells["yaw"].span, "`yaw`") if "yaw" in cells else (Fraction(0),)
     if None in size or None in position or mass is None or yaw is None or not _is_valid_friction(reading, cells):
         return None
-    length, width, height = (side for side in size if side is not None)
+    laid = _laid(reading, cells, {name: side for name, side in zip(SIDES, size, strict=True) if side is not None})
+    if laid is None:
+        return None
+    length, width, height = laid
     x, y, z = (part for part in position if part is not None)
     if of_corner and yaw[0] != 0:
         message = "the lower corner of a rotated box is ambiguous"
-        reading.undetermined(cells["yaw"].span, message, "write the positions of the centres, and set `point: centre`")
+        hint = (
+            "write the positions of the centres, and set `point: centre`; or write a column `rotated` for boxes whose "
+        )
+        hint += "length is along y, and whose corner is that of the box as it lies"
+        reading.undetermined(cells["yaw"].span, message, hint)
         return None
     if abs(yaw[0]) > 360:  # noqa: PLR2004 -- [deg]
         reading.wrong(cells["yaw"].span, "`yaw` exceeds 360 deg", "write an angle in degrees, from -360 to 360")
@@ -614,17 +673,57 @@ def _box(reading: LoadReading, row: _Row, columns: Mapping[str, _Column], of_cor
     if of_corner:
         x, y, z = x + length / 2, y + width / 2, z + height / 2
     name = _prefixed(cells["name"].text.strip()) if "name" in cells else ""
-    if name and not re.fullmatch(NAME, name):
-        # The other names of the column are mostly of the same form, so one message is enough.
-        if not any(mistake.message.endswith(INVALID_NAME) for mistake in reading.mistakes):
-            hint = "begin each name with a letter, then use letters, digits, _ . or -"
-            hint += "; or leave the column out with `ignore`"
-            reading.wrong(cells["name"].span, f"'{name}'{INVALID_NAME}", hint)
+    if name and not _is_valid_name(reading, name, cells["name"].span):
         return None
     turn = (Fraction(0), Fraction(0), yaw[0])
     number = number_of(cells["friction"].text.strip()) if "friction" in cells else None
     friction = number[0] if number is not None else None
     return ImportedBox(name or None, (length, width, height), (x, y, z), mass, row.span, turn, friction=friction)
+
+
+def _is_valid_name(reading: LoadReading, name: str, span: Span) -> bool:
+    """Return whether a text is a name; report the first that is none, as the others are mostly of the same form."""
+    if re.fullmatch(NAME, name):
+        return True
+    if not any(mistake.message.endswith(INVALID_NAME) for mistake in reading.mistakes):
+        hint = "begin each name with a letter, then use letters, digits, _ . or -"
+        reading.wrong(span, f"'{name}'{INVALID_NAME}", f"{hint}; or leave the column out with `ignore`")
+    return False
+
+
+def _is_valid_yaw(reading: LoadReading, cell: _Cell, yaw: Fraction, of_corner: bool) -> bool:
+    """Return whether a box has a clear place with a turn [deg]; report one that has none."""
+    if of_corner and yaw != 0:
+        message = "the lower corner of a rotated box is ambiguous"
+        hint = (
+            "write the positions of the centres, and set `point: centre`; or write a column `rotated` for boxes whose "
+        )
+        hint += "length is along y, and whose corner is that of the box as it lies"
+        reading.undetermined(cell.span, message, hint)
+        return False
+    if abs(yaw) > 360:  # noqa: PLR2004 -- [deg]
+        reading.wrong(cell.span, "`yaw` exceeds 360 deg", "write an angle in degrees, from -360 to 360")
+        return False
+    return True
+
+
+def _laid(reading: LoadReading, cells: Mapping[str, _Cell], sides: Mapping[str, Fraction]) -> Exact3 | None:
+    """Return the sides of a box along x, y and z as it lies; report an unknown orientation and return None."""
+    cell = cells.get("rotated")
+    text = cell.text.strip() if cell is not None else ""
+    order: Sequence[str] = SIDES
+    if text.lower() in ROTATED:
+        order = ("width", "length", "height") if ROTATED[text.lower()] else SIDES
+    else:
+        assert cell is not None
+        order = [LABEL_SIDES.get(letter, "") for letter in text.upper()]
+        if sorted(order) != sorted(SIDES):
+            message = f"`rotated`: '{text[:LONGEST_TOLD]}' is not an orientation"
+            hint = "write yes if the length is along y, no if it is along x, or the sides along x, y and z, such as WLH"
+            reading.wrong(cell.span, message, hint)
+            return None
+    x, y, z = (sides[name] for name in order)
+    return x, y, z
 
 
 def _is_valid_friction(reading: LoadReading, cells: Mapping[str, _Cell]) -> bool:

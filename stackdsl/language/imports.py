@@ -22,6 +22,8 @@ LOAD_FORMATS: Final[tuple[Format, ...]] = get_args(Format)
 OF_FORMATS: Final[Mapping[str, tuple[Format, ...]]] = {
     "load": ("pallet-sim", "bed-bpp"),
     "point": ("table",),
+    "map_": ("table",),
+    "decimals": ("table",),
     "units": ("table", "compas", "obj"),
     "density": ("compas", "obj"),
     "up": ("obj",),
@@ -62,6 +64,27 @@ class DefaultUnits(AtLeastOneKey):
 
     length: Literal["mm", "cm", "m", "in"] | None = Field(None, description="unit of sizes and positions")
     mass: Literal["g", "kg", "t", "lb"] | None = Field(None, description="unit of masses")
+
+
+class ColumnMap(AtLeastOneKey):
+    """The headers of a table for the columns of a load."""
+
+    name: str | None = Field(None, description="header of the column of names")
+    length: str | None = Field(None, description="header of the column of sides along x")
+    width: str | None = Field(None, description="header of the column of sides along y")
+    height: str | None = Field(None, description="header of the column of sides along z")
+    mass: str | None = Field(None, description="header of the column of masses")
+    x: str | None = Field(None, description="header of the column of positions along x")
+    y: str | None = Field(None, description="header of the column of positions along y")
+    z: str | None = Field(None, description="header of the column of positions along z")
+    yaw: str | None = Field(None, description="header of the column of turns about the vertical")
+    rotated: str | None = Field(None, description="header of the column of orientations, such as yes or WLH")
+    friction: str | None = Field(None, description="header of the column of coefficients of friction")
+
+    def headers(self) -> Mapping[str, str]:
+        """Return the header of each column that has one here."""
+        written = {column: getattr(self, column) for column in type(self).model_fields}
+        return {column: header for column, header in written.items() if header is not None}
 
 
 class DeckWords(Shorthand):
@@ -116,6 +139,12 @@ class Import(AuthorModel):
         None,
         description="reference point of the coordinates x, y, z of a box in a table: its lower corner or its centre",
     )
+    map_: ColumnMap | None = Field(
+        None, alias="map", description="headers of a table that have other names, such as {length: L}"
+    )
+    decimals: Literal["point", "comma"] | None = Field(
+        None, description="sign of decimals in a table; the other one may separate thousands; default: from the numbers"
+    )
     units: DefaultUnits | None = Field(
         None, description="units of table columns without a unit in the header, or of an OBJ or COMPAS file"
     )
@@ -149,8 +178,9 @@ class Import(AuthorModel):
         """Return message and hint for the first key that does not apply to a format; None if there is none."""
         for key, formats in OF_FORMATS.items():
             if format_ not in formats and getattr(self, key) is not None:
+                told = key.removesuffix("_")
                 return (
-                    f"`{key}` applies only to {' and '.join(formats)} files, not to {format_} files",
-                    f"remove `{key}`",
+                    f"`{told}` applies only to {' and '.join(formats)} files, not to {format_} files",
+                    f"remove `{told}`",
                 )
         return None

@@ -113,14 +113,15 @@ def test_a_table_in_another_unit_has_a_warning_with_the_unit_to_try(stackdsl: St
     assert "so x, y, z are hardly the centre of a box; write --point corner if that is so" in told
 
 
-def test_columns_of_a_warehouse_have_one_message_with_the_headers_to_write(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_columns_of_a_warehouse_have_one_message_with_the_columns_to_map(stackdsl: Stackdsl, tmp_path: Path) -> None:
     header = "SSCC,L_mm,W_mm,H_mm,weight_kg,pos_x,pos_y,pos_z\n"
     write(tmp_path, header + "003001,400,300,200,5,0,0,0\n" * 3, "wms.csv")
     told = stackdsl("import", "wms.csv")
-    assert "the line of headers by `SSCC,length [mm],width [mm],height [mm],weight_kg,x,y,z`" in told.err
+    places = "--map x=pos_x --map y=pos_y --map z=pos_z"
+    assert f"write --map length=L_mm --map width=W_mm --map height=H_mm {places};" in told.err
     assert "to ignore the others, write --ignore SSCC" in told.err
-    assert told.err.endswith("  stackdsl import wms.csv --ignore SSCC --length mm --point corner\n")
-    write(tmp_path, "SSCC,length [mm],width [mm],height [mm],weight_kg,x,y,z\n003001,400,300,200,5,0,0,0\n", "wms.csv")
+    assert "  stackdsl import wms.csv --ignore SSCC --map length=L_mm" in told.err
+    assert told.err.endswith(f"{places} --length mm --point corner\n")
     assert stackdsl(*told.err.splitlines()[-1].split()[1:]).code == 0
 
 
