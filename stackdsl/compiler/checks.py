@@ -23,6 +23,7 @@ from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean
 from stackdsl.language.bricks import PLAY
 from stackdsl.language.claims.claim import Claim, Expectation
 from stackdsl.language.claims.claim_kind import ClaimKind
+from stackdsl.language.pallets import CLOSED, DECK_BRICK
 from stackdsl.language.quantities import LENGTH, InputError, parse_quantity
 from stackdsl.language.room_on_deck import Room, room_text
 from stackdsl.language.schema import Scenario
@@ -80,6 +81,10 @@ def unknown_bricks(built: ResolvedScenario, scenario: Scenario, source: Source) 
         if reference.name not in (all_bodies if reference.or_plane else bricks):
             candidates = (*bodies, *planes) if reference.or_plane else names  # missiles are no part of the structure
             hint = did_you_mean(reference.name, candidates) or f"the names of the bricks are {names[0]} to {names[-1]}"
+            if reference.name == DECK_BRICK:
+                hint = (
+                    f"build the pallet, such as with `deck: {{size: EUR, surface: {CLOSED}}}` of an import; or {hint}"
+                )
             yield Diagnostic("SD204", source.span_of(reference.path), f"there is no brick '{reference.name}'", hint)
 
 

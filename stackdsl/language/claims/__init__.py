@@ -10,6 +10,7 @@ from stackdsl.language.claims import height as height
 from stackdsl.language.claims import lands as lands
 from stackdsl.language.claims import leaves as leaves
 from stackdsl.language.claims import margin as margin
+from stackdsl.language.claims import pallet_limits as pallet_limits
 from stackdsl.language.claims import penetration as penetration
 from stackdsl.language.claims import pivots as pivots
 from stackdsl.language.claims import protocol as protocol

@@ -164,6 +164,9 @@ CLAIMS: Final = Kinds[KindOfClaim](
     "protocol",
     "load",
     "pressure",
+    "overhang",
+    "weight",
+    "centre_of_mass",
     "sway",
     "penetration",
 )
