@@ -65,22 +65,22 @@ def main() -> None:
         record("pallet-protocols", "python -m benchmarks.pallet_protocols --write", {"friction": rows})
 
 
-def tested(load: ImportedLoad, friction: float) -> tuple[dict[str, str], float, float]:
+def tested(load: ImportedLoad, friction: float) -> tuple[dict[str, str], float | None, float]:
     """Return the outcome of each protocol, the least acceleration of the four directions [g], and the time [s].
 
-    No outcomes if the pallet is not proven to stand at rest.
+    No outcomes if the pallet is not proven to stand at rest, and no acceleration if one is not proven.
     """
     began = process_time()
     ground = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=friction)
     assembly = Assembly((ground,), friction=friction, overlap=inf)
     verdict = assembly.add_all(placed_boxes(load))
     if verdict.stability is not Stability.STABLE:
-        return {}, 0.0, process_time() - began
+        return {}, None, process_time() - began
     problem = assembly.problem()
     found = [along_bearing(problem, bearing, GRAVITY) for bearing in BEARINGS]
     sides = [(one.value, one.upper) for one in found if one is not None]
     if len(sides) < len(BEARINGS):
-        return dict.fromkeys(PROTOCOLS, "undecided"), 0.0, process_time() - began
+        return dict.fromkeys(PROTOCOLS, "undecided"), None, process_time() - began
     outcomes = {name: _outcome(sides, needed) for name, needed in PROTOCOLS.items()}
     return outcomes, min(value for value, _ in sides), process_time() - began
 
@@ -93,17 +93,18 @@ def _outcome(sides: Sequence[tuple[float, float]], needed: Sequence[float]) -> s
     return "not_borne" if fails else "undecided"
 
 
-def row_of(results: Sequence[tuple[dict[str, str], float, float]]) -> Row:
+def row_of(results: Sequence[tuple[dict[str, str], float | None, float]]) -> Row:
     """Return the counts of all outcomes."""
     standing = [(outcomes, least) for outcomes, least, _ in results if outcomes]
+    accelerations = [least for _, least in standing if least is not None]
     counts = {name: Counter(outcomes[name] for outcomes, _ in standing) for name in PROTOCOLS}
     return {
         "pallets": len(results),
         "stable": len(standing),
         **{f"{name.replace('-', '_')}_{word}": counts[name][word] for name in PROTOCOLS for word in OUTCOMES},
         "undecided": sum(count["undecided"] for count in counts.values()),
-        "least_g": min(least for _, least in standing),
-        "median_g": median(least for _, least in standing),
+        "least_g": min(accelerations),
+        "median_g": median(accelerations),
         "seconds": sum(seconds for *_, seconds in results),
     }
 

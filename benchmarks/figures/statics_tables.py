@@ -20,6 +20,23 @@ STATICS_TABLES: Mapping[str, Table] = {
             Column("99th percentile of a placement, ms", "{placement_99_ms:sig2}"),
         ),
     ),
+    "pallet-protocols": Table(
+        "pallet-protocols",
+        "friction",
+        (
+            Column("friction", "{row}"),
+            Column("stand at rest", "{stable}"),
+            Column("`tilting-table` 20 deg: borne", "{tilting_table_borne}"),
+            Column("not borne", "{tilting_table_not_borne}"),
+            Column("`eumos-40509`: borne", "{eumos_40509_borne}"),
+            Column("not borne", "{eumos_40509_not_borne}"),
+            Column("`en-12195-1`: borne", "{en_12195_1_borne}"),
+            Column("not borne", "{en_12195_1_not_borne}"),
+            Column("undecided", "{undecided}"),
+            Column("median acceleration of the worst direction, g", "{median_g:.2f}"),
+            Column("processor time, s", "{seconds:.0f}"),
+        ),
+    ),
     "survived": Table(
         "survived",
         "loads",
