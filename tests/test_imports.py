@@ -35,7 +35,7 @@ LAYERS = {
         # A claim judges a trace, so what happened is plain data below the language.
         {"trace"},
         {"language", "results", "simulation"},
-        {"compiler", "goldens"},
+        {"compiler", "goldens", "packing"},
         {"importers"},  # a load settles on the bricks of earlier steps
         {"judging", "sampling"},
         {"checking"},

@@ -69,6 +69,8 @@ def imported(
     load: str | None = None,
     settle: str | None = None,
     point: str | None = None,
+    map_: Mapping[str, str] | None = None,
+    decimals: str | None = None,
     units: Mapping[str, str] | None = None,
     density: str | None = None,
     up: str | None = None,
@@ -90,17 +92,20 @@ def imported(
     load: number of the pallet or order, if the file has several loads
     settle: how boxes are lowered onto their supports: `as written`, `down`, or within a gap, such as `within 5 mm`
     point: for a table: the point of a box that x, y, z refer to, `corner` (the lowest one) or `centre`
+    map_: for a table: headers of columns that have other names, such as {"length": "L"}
+    decimals: for a table: `point` or `comma`, where the numbers leave it open
     units: units of columns whose headers have none, and of OBJ and COMPAS files, which have none
     density: for an OBJ or COMPAS file: density of all blocks
     up: for an OBJ file: the axis that points up
     supports: for a COMPAS file: `bricks` imports the fixed blocks as bricks
     library: for a StableLego or APEX-MR file: the file with the sizes and masses of its bricks
-    deck: deck of the pallet; boxes that overhang it are reported; default: that of the file
+    deck: deck of the pallet; boxes that overhang it are reported, and with a `surface` it is built as a brick; default:
+        that of the file
     origin: shift [x, y, z] of the load
     ignore: columns, keys or bodies of the file to leave out
     """
     kept = {"file": file, "format": format, "load": load, "settle": settle}
     left_open = {"point": point, "units": units, "density": density, "up": up, "supports": supports, "library": library}
-    others = {"deck": deck, "origin": origin, "ignore": ignore}
+    others = {"map": map_, "decimals": decimals, "deck": deck, "origin": origin, "ignore": ignore}
     step = {"at": when, "after": after, "name": name, "every": every, "place": place, "jitter": jitter}
     return written({"import": written({**kept, **left_open, **others}), **step}, Part.LAYOUT)

@@ -1,10 +1,14 @@
 """The example of a workflow and the hooks of pre-commit call what there is; examples of scenarios are short."""
 
 import re
+from importlib.util import find_spec
+from pathlib import Path
 
+import pytest
 import yaml
 
 from stackdsl.cli.main import COMMANDS
+from tests.command_line import StackdslIn
 from tests.docs.test_shell_shown import TARGETS
 from tests.paths import ROOT
 
@@ -46,3 +50,26 @@ def test_examples_of_scenarios_are_short_and_named_in_the_tutorial() -> None:
         assert len(lines) <= 25, file.name
         assert "truth:" in lines
         assert f"../scenarios/examples/{file.name}" in tutorial
+
+
+@pytest.mark.parametrize(
+    ("library", "prints"),
+    [
+        ("py3dbp", ["box 10 of the load, small-5: small-5 tips over wide-1"]),
+        (
+            "ortools",
+            [
+                "all 8 boxes stand when they are placed",
+                "box 5 of the load, c1-1: c1-1 falls: nothing is under it",
+            ],
+        ),
+    ],
+)
+def test_the_loads_of_packing_libraries_are_checked(
+    library: str, prints: list[str], stackdsl_in: StackdslIn, tmp_path: Path
+) -> None:
+    if find_spec(library) is None:
+        pytest.skip(f"needs {library}")
+    text = (ROOT / "docs" / "examples" / f"pack_{library}.py").read_text(encoding="utf-8")
+    done = stackdsl_in(tmp_path, program=text)
+    assert (done.code, done.out.splitlines()) == (0, prints), done.err
