@@ -28,6 +28,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "run": "Play FILE, print each event as it happens, and judge the claims. Golden files are not read.",
     "check": "Play and judge the scenarios in PATHS (default: scenarios), and compare them with their golden files.",
     "explain": "Print the compiled scenario in FILE with its proofs, or the meaning of a CODE such as SD104.",
+    "sheet": "Write the sheet of a load in FILE that a person signs: limits, layers, order of placing, weakest carton.",
     "picture": "Play one case of FILE and draw its end, a given time, a strip of pictures, or a film.",
     "find": "Find the largest or least value with which FILE stands, proven on both sides and without simulation.",
     "suggest": "Find changes that let a falling FILE stand: shifts, counterweights, friction, props. Each is verified.",
@@ -56,6 +57,7 @@ GROUPS: Final[Mapping[str, tuple[str, ...]]] = {
         "run",
         "check",
         "explain",
+        "sheet",
         "picture",
     ),
     "Studies (statics only, unless FILE needs an engine)": (

@@ -43,7 +43,7 @@ def placed_before(source: Source, steps: Sequence[Plain]) -> PlacedBefore:
     """
     if not steps:
         return PlacedBefore()
-    values = {key: source.values[key] for key in KEPT if key in source.values}
+    values: dict[str, Plain] = {key: source.values[key] for key in KEPT if key in source.values}
     alone = replace(source, values={**values, "build": list(steps)})
     variants, _ = expand(alone)
     found: PlacedBefore | None = None

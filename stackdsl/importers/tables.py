@@ -161,7 +161,7 @@ def _mapped(reading: LoadReading, rows: Sequence[_Row], headers: Mapping[str, st
         found = next((each for each in written if header in (each, UNIT.sub("", each).strip())), None)
         other = next((each for each in written if each != found and _exact_column(each) == column), None)
         if found is None:
-            hint = did_you_mean(header, written) or f"the table has the columns {', '.join(map(repr, written))}"
+            hint = did_you_mean(header, list(written)) or f"the table has the columns {', '.join(map(repr, written))}"
             reading.undetermined(
                 reading.page.span(start, 0), f"`map` names the column '{header}', which the table does not have", hint
             )

@@ -83,7 +83,7 @@ class Overhang(Shorthand, ClaimKind):
             return ClaimResult(NOTHING, 0.0, "mm", passed=False)
         beyond, side, name = max(overhangs(*found))
         beyond = round(beyond, DIGITS)
-        told = f"{mm(beyond)} by {name} towards {side}" if beyond > 0.0 else f"0 mm, {mm(-beyond)} inside"
+        told = f"{mm(beyond)} by {name} towards {side}" if beyond > 0.0 else f"0 mm, {mm(abs(beyond))} inside"
         return within(self.within, max(beyond, 0.0), "mm", told)
 
 

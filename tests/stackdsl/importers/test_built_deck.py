@@ -140,8 +140,8 @@ def test_a_load_that_hangs_as_high_as_its_pallet_is_warned_of(stackdsl: Stackdsl
     told = stackdsl("import", "a.csv", "--point", "corner", "--deck", "EUR", "--surface", "closed").err
     assert "z of the lowest box is 144 mm, the height of the pallet; if z counts from the floor" in told
     assert "--level '144 mm'" in told
-    told = stackdsl("import", "a.csv", "--point", "corner", "--deck", "EUR", "--surface", "closed", "--level", "144 mm")
-    assert "warning" not in told.err
+    asked = ("--point", "corner", "--deck", "EUR", "--surface", "closed", "--level", "144 mm")
+    assert "warning" not in stackdsl("import", "a.csv", *asked).err
 
 
 def test_a_usual_pallet_weighs_in_proportion_to_its_area() -> None:
