@@ -20,16 +20,16 @@ from stability.geometry.polygons import Point2, Polygon, convex_hull
 from stability.model import Vec3
 from stackdsl.checking.cases import Case
 from stackdsl.language.claims.claim_result import placed
-from stackdsl.language.claims.pallet_limits import centre_of_mass_W, in_deck_frame, overhangs
+from stackdsl.language.claims.pallet_limits import centre_on_deck, in_deck_frame, overhangs
 from stackdsl.language.pallets import DECK_BRICK
 from stackdsl.results import RunStatus, VariantResult
 from stackdsl.studies.survival import CaseMargins
 from stackdsl.trace import BrickState, BrickTrack, Trace
-from stackdsl.wording import degrees_text, gives_way_text, how_many, limit_text, mm
+from stackdsl.wording import degrees_text, gives_way_text, how_many, limit_text, mm, slides_together
 
 DIGEST: Final = 12  # hexadecimal digits of a digest
 AROUND: Final = 0.04  # share of the longer side of the deck that is drawn around it
-LABEL, NAME = 0.045, 0.028  # sizes of text as shares of this side
+LABEL, NAME = 0.055, 0.036  # sizes of text as shares of this side
 LEVEL: Final = 1e-6  # [m] between heights of one surface
 ROUNDING: Final = 1e-9  # [m]
 LETTER: Final = 0.62  # width of a letter as a share of its height
@@ -43,6 +43,7 @@ h1 { margin: 0; font-size: 24px; line-height: 30px; } h2 { margin: 24px 0 8px; f
 p { margin: 4px 0; } .soft, th { color: var(--soft); }
 table { width: 100%; border-collapse: collapse; } th { text-align: left; font-weight: 600; }
 th, td { padding: 3px 12px 3px 0; border-bottom: 1px solid var(--line); vertical-align: top; overflow-wrap: anywhere; }
+th { white-space: nowrap; }
 td.number, th.number { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
 tr.failed td { color: var(--fail); font-weight: 600; }
 .verdict { margin: 16px 0; padding: 10px 14px; border: 2px solid; border-radius: 4px;
@@ -83,7 +84,7 @@ class _Load:
 
     cartons: Sequence[_Carton]
     deck: BrickTrack | None
-    boards: Sequence[Polygon]  # outlines of the surface of the deck [m]
+    boards: Sequence[Sequence[Point2]]  # outlines of the surface of the deck [m]
     area: tuple[float, float]  # length and width of the deck, or of the load [m]
 
 
@@ -118,16 +119,17 @@ def _load_of(trace: Trace) -> _Load:
     tracks = list(placed(trace))
     deck = next((track for track in tracks if track.brick.id == DECK_BRICK), None)
     others = [track for track in tracks if track is not deck]
+    boards: list[Sequence[Point2]] = []
     if deck is None:
         points = [corner for track in others for corner in corners_W(track.brick.shape, track.placed)]
         (ax, bx), (ay, by) = ((min(along), max(along)) for along in list(zip(*points, strict=True))[:2])
-        shift, boards, area = (ax, ay, 0.0), [], (bx - ax, by - ay)
+        shift, area = (ax, ay, 0.0), (bx - ax, by - ay)
     else:
         own = [in_deck_frame(deck, corner) for corner in corners_W(deck.brick.shape, deck.final)]
         half_x, half_y, top = (max(along) for along in zip(*own, strict=True))
         shift, area = (-half_x, -half_y, top), (2.0 * half_x, 2.0 * half_y)
-        boards = [outline for outline, high in _surfaces(deck) if abs(high - top) <= LEVEL]
-        boards = [[(x + half_x, y + half_y) for x, y in each] for each in boards]
+        surface = [outline for outline, high in _surfaces(deck) if abs(high - top) <= LEVEL]
+        boards = [[(x + half_x, y + half_y) for x, y in each] for each in surface]
     cartons = []
     for number, track in enumerate(others, 1):
         corners = [
@@ -145,11 +147,11 @@ def _moved(point: Vec3, origin: Vec3) -> Vec3:
     return (point[0] - origin[0], point[1] - origin[1], point[2] - origin[2])
 
 
-def _surfaces(deck: BrickTrack) -> Iterator[tuple[list[Point2], float]]:
+def _surfaces(deck: BrickTrack) -> Iterator[tuple[Polygon, float]]:
     """Yield the outline of each part of a deck in its frame, and the height of its top [m]."""
     for part in parts_of(deck.brick.shape):
         points = [in_deck_frame(deck, corner) for corner in corners_W(part.shape, part_pose(part, deck.final))]
-        yield list(convex_hull([(x, y) for x, y, _ in points])), max(z for *_, z in points)
+        yield convex_hull([(x, y) for x, y, _ in points]), max(z for *_, z in points)
 
 
 def _verdict(result: VariantResult, margins: CaseMargins, cartons: int) -> str:
@@ -182,7 +184,7 @@ def _figures(load: _Load, trace: Trace, margins: CaseMargins) -> Iterator[tuple[
         beyond, side, name = max(overhangs(deck, tracks)) if tracks else (0.0, "", "")
         told = f"{mm(beyond)} by {name} towards {side}" if beyond > ROUNDING else "none"
         yield "Overhang", told
-        x, y, z = in_deck_frame(deck, centre_of_mass_W(tracks)) if tracks else (0.0, 0.0, 0.0)
+        x, y, z = centre_on_deck(deck, tracks) if tracks else (0.0, 0.0, 0.0)
         place = f"{mm(hypot(x, y))} from the middle of the deck ({mm(x)} along, {mm(y)} across)"
         yield "Centre of mass", f"{place}, {mm(z)} above the floor"
     else:
@@ -196,7 +198,8 @@ def _figures(load: _Load, trace: Trace, margins: CaseMargins) -> Iterator[tuple[
         yield "Without friction between neighbours", f"{limit_text(margins.unaided)} g"
     if (weakest := margins.weakest) is not None:
         when = f"above {limit_text(weakest.acceleration)} g towards {degrees_text(weakest.bearing)}"
-        yield "Weakest", f"{weakest.brick}: {when}, {gives_way_text(weakest)}"
+        first = "no single carton" if slides_together(weakest) else weakest.brick
+        yield "Weakest", f"{first}: {when}, {gives_way_text(weakest)}"
 
 
 def _limits(result: VariantResult) -> str:

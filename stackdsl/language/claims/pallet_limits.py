@@ -59,6 +59,12 @@ def centre_of_mass_W(tracks: Collection[BrickTrack]) -> Vec3:
     return centre
 
 
+def centre_on_deck(deck: BrickTrack, load: Collection[BrickTrack]) -> Vec3:
+    """Return the centre of mass of a load in the frame of its deck [m]."""
+    x, y, z = in_deck_frame(deck, centre_of_mass_W(load))
+    return round(x, DIGITS) + 0.0, round(y, DIGITS) + 0.0, round(z, DIGITS)
+
+
 def deck_and_load(name: str, trace: Trace) -> tuple[BrickTrack, Collection[BrickTrack]] | None:
     """Return the deck and all other bricks of the structure; None while one of them is not placed."""
     tracks = placed(trace)
@@ -130,7 +136,7 @@ class CentreOfMass(AtLeastOneKey, ClaimKind):
         if (found := deck_and_load(self.deck, trace)) is None:
             return ClaimResult(NOTHING, 0.0, "mm", passed=False)
         deck, load = found
-        x, y, z = in_deck_frame(deck, centre_of_mass_W(load))
+        x, y, z = centre_on_deck(deck, load)
         parts = []
         if self.offset is not None:
             told = f"offset {mm(hypot(x, y))} ({mm(x)} along, {mm(y)} across)"
