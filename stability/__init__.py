@@ -20,7 +20,6 @@ if TYPE_CHECKING:  # for type checkers; at run time `__getattr__` loads the same
     from stability.analysis.load_factor import load_factor
     from stability.analysis.margins import margins
     from stability.analysis.uniqueness import outcome
-    from stability.analysis.used_strength import Strength, used_strength
     from stability.contact_law import Friction, Rule
     from stability.engines.pybullet import PyBulletBodies
     from stability.engines.pybullet.client import UnknownShapeWarning
@@ -34,6 +33,8 @@ if TYPE_CHECKING:  # for type checkers; at run time `__getattr__` loads the same
     from stability.stabilizers.published.stabilizer import StackStability
     from stability.statics.arrays import bricks_in_poses, bricks_of, forces_of, pose_of
     from stability.statics.assembly import Assembly
+    from stability.statics.used_strength import used_strength
+    from stability.strength import Strength
 
 __all__ = [
     "Assembly",
@@ -106,8 +107,8 @@ _HOMES = {
     "Verdict": "stability.problem",
     "margins": "stability.analysis.margins",
     "outcome": "stability.analysis.uniqueness",
-    "Strength": "stability.analysis.used_strength",
-    "used_strength": "stability.analysis.used_strength",
+    "Strength": "stability.strength",
+    "used_strength": "stability.statics.used_strength",
     "prism": "stability.geometry.solid_making",
     "solid_of_corners": "stability.geometry.solid_making",
     "solid_of_mesh": "stability.geometry.solid_making",

@@ -12,7 +12,7 @@ from typing import Protocol, TypeAlias
 from stability.contact_law import ContactLaw, OtherLawError
 from stability.geometry.box_distance import TOUCHING
 from stability.geometry.round_patch import RoundPatch
-from stability.geometry.vectors import subtract
+from stability.geometry.vectors import short_repr, subtract
 from stability.model import BodyId, Brick, Pose, Vec3
 from stability.name_order import names_text
 from stability.notebook import Display, Displayed, display_of
@@ -139,6 +139,14 @@ class Problem:
             raise OtherLawError(f"{what} is not supported for bricks with joints; only verdicts and load factors are")
 
 
+def admit_problem(problem: object) -> None:
+    """Raise TypeError for anything but a problem of statics."""
+    if not isinstance(problem, Problem):
+        of_scenario = type(problem).__module__.startswith("stackdsl.")
+        remedy = "; for a scenario write `stackdsl.margins(scenario)`" if of_scenario else ""
+        raise TypeError(f"expected a Problem, as returned by `assembly.problem()`, not {short_repr(problem)}{remedy}")
+
+
 ConeForces: TypeAlias = tuple[tuple[Vec3, ...], ...]  # forces by point, then by normal
 
 
@@ -191,6 +199,26 @@ class GapQuestion(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
+class Crushing:
+    """The brick that crushes first, and the share of its strength that all possible forces need."""
+
+    brick: BodyId
+    share: float  # above 1
+
+    @property
+    def need(self) -> str:
+        """Return the share in words."""
+        percent = f"{100.0 * self.share:.4g}"
+        percent = f"{100.0 * self.share:.8g}" if percent == "100" else percent
+        return f"it needs {percent} % of its strength"
+
+    @property
+    def text(self) -> str:
+        """Return both in words."""
+        return f"{self.brick} crushes: {self.need}"
+
+
+@dataclass(frozen=True, slots=True)
 class Verdict(Displayed):
     """Verdict on an assembly, with its stage and its proof."""
 
@@ -202,6 +230,7 @@ class Verdict(Displayed):
     seconds: float = field(default=0.0, compare=False)  # wall time of the proof [s]
     # STABLE with contacts across gaps: queries that cost as much as some verdicts, so they run on demand.
     gaps: tuple[GapQuestion, ...] = field(default=(), compare=False, repr=False)
+    crushing: Crushing | None = None  # cause of UNSTABLE if forces balance all bricks, but none that these bear
 
     @property
     def touching_within(self) -> float:

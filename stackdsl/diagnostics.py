@@ -54,6 +54,7 @@ CODES = {
     "SD210": "a hand presses bricks together that cannot give way",
     "SD211": "not everything is played with joints or several parts, or judged under loads",
     "SD212": "not everything is played or computed for round bricks",
+    "SD213": "not everything is judged for bricks with a strength",
 }
 
 

@@ -18,6 +18,7 @@ from stability.loads import UNLOADED, LoadCourse, Loads
 from stability.model import AT_REST, BodyId, Brick, Plane, Pose, Vec3
 from stability.problem import Stability, Tolerances
 from stability.statics.assembly import Assembly
+from stability.strength import Strength
 from stability.supports import SupportMotion
 
 
@@ -31,12 +32,13 @@ class FixedWorld:
     touching: float = inf  # [m] widest gap that statics counts as contact, as `Tolerances.within`
     joints: Joints = DRY
     loads: Loads = UNLOADED
+    strengths: Mapping[BodyId, Strength] = field(default_factory=dict)  # of bricks, against crushing
     supports: tuple[SupportMotion, ...] = ()  # movements of the ground below bricks
 
     def assembly(self) -> Assembly:
         """Return an assembly for statics, without bricks."""
         site = self.planes, self.friction, self.gravity, self.tolerances
-        return Assembly(*site, overlap=inf, joints=self.joints, loads=self.loads)
+        return Assembly(*site, overlap=inf, joints=self.joints, loads=self.loads, strengths=self.strengths)
 
     @property
     def has_joints(self) -> bool:

@@ -11,7 +11,7 @@ from stability.engines.protocol import WrongFriction
 from stability.geometry.vectors import lean_between
 from stability.model import BodyId, Brick, Pose
 from stability.name_order import MOST_NAMES, in_order, names_text
-from stability.problem import Motion, PlacementLimit, Verdict
+from stability.problem import Crushing, Motion, PlacementLimit, Verdict
 from stability.statics.assembly import Assembly
 from stackdsl.timeline import AccelerationTest, Action, FixedWorld, Removal
 from stackdsl.wording import broke_text, how_many, level_text, mm
@@ -20,6 +20,9 @@ from stackdsl.wording import broke_text, how_many, level_text, mm
 
 
 ALL_LOADS: Final = "load on all bricks"
+
+
+USED_STRENGTH: Final = "used_strength"  # the margin
 
 
 def load_on(lower: BodyId, upper: BodyId = "") -> str:
@@ -63,6 +66,7 @@ class VerdictMargins:
     loaded: bool = False  # whether `load_factor` is that of the loads, beside the weight
     settlement: float | None = None  # multiple of the written movement of supports that it survives; inf for any
     yields: str = ""  # what gives way first above that load factor; empty if nothing does
+    used_strength: float | None = None  # share of the strengths of all bricks that all possible forces need
     carried: tuple[CarriedRange, ...] = ()  # the requested loads on bodies
 
 
@@ -115,6 +119,7 @@ class EventKind(StrEnum):
     TAKEN = "taken"  # a hand begins to move or hold a brick
     LET_GO = "let go"  # a hand releases a brick
     COLLAPSED = "collapsed"
+    CRUSHED = "crushed"  # a brick; the motion that follows is not modelled
     OPENED = "opened"  # joints that did not bear their loads; the bricks of all
 
 
@@ -125,6 +130,7 @@ ACTIONS = frozenset(EventKind) - {
     EventKind.WOKEN,
     EventKind.HIT,
     EventKind.COLLAPSED,
+    EventKind.CRUSHED,
     EventKind.OPENED,
 }
 
@@ -162,6 +168,9 @@ class Edge:
     # Share of the load of the upper brick, with its own weight, that the lower body carries; NaN where the support is
     # statically indeterminate.
     share: float
+
+
+NOT_MODELLED: Final = "the motion after crushing is not modelled"
 
 
 class BrickState(StrEnum):
@@ -242,10 +251,14 @@ class Collapse:
     # If the build was finished before: bricks that fell by the end of the run, and the size of the structure.
     fallen: tuple[BodyId, ...] = field(default=(), compare=False)
     bricks: int = field(default=0, compare=False)
+    crushing: Crushing | None = None  # cause of a collapse whose motion is not modelled
 
     @property
     def text(self) -> str:
         """Return where and when it fell; of a finished structure, how many bricks fell, and which if they are few."""
+        if self.crushing is not None:
+            where = f"at {level_text(self.level, self.step)}"
+            return f"crushes {where} after {self.time:.3f} s: {self.crushing.text}"
         broke = broke_text(self.broke, self.gave_way)
         if not self.fallen:
             return f"collapses at {level_text(self.level, self.step)} after {self.time:.3f} s{broke}"
@@ -424,6 +437,11 @@ class Trace:
     assembly: Assembly | None = field(default=None, compare=False, repr=False)
     # The run up to the moment when the engine had added a notable share of energy; None if it never did.
     before_fault: "Trace | None" = None
+
+    @property
+    def crushing(self) -> Crushing | None:
+        """Return the brick that crushed, and ended the run; None if none did."""
+        return None if self.collapse is None else self.collapse.crushing
 
     @property
     def energy_gained(self) -> float:

@@ -22,7 +22,7 @@ LAYERS = {
         {"graph", "geometry", "name_order", "process_settings"},
         {"contact_law"},
         {"problem"},
-        {"contacts", "joints", "loads", "supports"},
+        {"contacts", "joints", "loads", "strength", "supports"},
         {"statics"},
         {"analysis", "dynamics"},
         {"engines"},

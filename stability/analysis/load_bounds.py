@@ -18,9 +18,8 @@ from stability.contact_law import OtherLawError
 from stability.geometry.rows import Array
 from stability.geometry.vectors import add_scaled, cross, dot, norm, subtract
 from stability.model import BodyId, Vec3
-from stability.problem import Contact, Forces, Motion, Problem, Tolerances, rounded
+from stability.problem import Contact, Forces, Motion, Problem, Tolerances, admit_problem, rounded
 from stability.process_settings import one_thread
-from stability.statics.assembly import admit_problem
 from stability.statics.certificate import lies_on
 from stability.statics.conic_program import OffsetSeries, SolverPoint, clarabel_solve, solve
 from stability.statics.equilibrium import proven_forces, separating_motion

@@ -17,9 +17,9 @@ from stability.contact_law import ContactLaw, OtherLawError
 from stability.geometry.vectors import add, add_scaled, dot, norm, scale
 from stability.loads import LoadCourse
 from stability.model import BodyId
-from stability.problem import ZERO, Forces, Motion, Problem, Stability, Tolerances, Wrench, rounded
+from stability.problem import ZERO, Forces, Motion, Problem, Stability, Tolerances, Wrench, admit_problem, rounded
 from stability.process_settings import one_thread
-from stability.statics.assembly import Assembly, admit_problem
+from stability.statics.assembly import Assembly
 from stability.statics.conic_program import clarabel_solve, quick_solve
 from stability.statics.elastic_joints import elastic_factor, without_brittle
 from stability.statics.equilibrium import (

@@ -24,10 +24,11 @@ from stability.problem import (
     Problem,
     Tolerances,
     Wrench,
+    admit_problem,
     rounded,
 )
 from stability.process_settings import one_thread
-from stability.statics.assembly import STRONGEST, WEAKEST, admit_name, admit_problem
+from stability.statics.assembly import STRONGEST, WEAKEST, admit_name
 from stability.statics.conic_program import clarabel_solve, solve
 from stability.statics.equilibrium import balance, proven_forces, proven_motion
 from stability.statics.proof import check_forces

@@ -30,9 +30,9 @@ from stability.geometry.rows import Array
 from stability.model import BodyId
 from stability.name_order import in_order, names_text
 from stability.notebook import Display, Displayed, display_of
-from stability.problem import Forces, Problem, Tolerances
+from stability.problem import Forces, Problem, Tolerances, admit_problem
 from stability.process_settings import one_thread
-from stability.statics.assembly import admit_forces, admit_problem
+from stability.statics.assembly import admit_forces
 from stability.statics.conic_program import Solver, SolverPoint, clarabel_solve, solve
 from stability.statics.fall_description import described
 from stability.statics.initial_motion import (

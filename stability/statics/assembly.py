@@ -34,6 +34,7 @@ from stability.model import EARTH, GROUND, BodyId, Brick, ConvexShape, Plane, Po
 from stability.name_order import names_text
 from stability.problem import (
     Contact,
+    Crushing,
     Forces,
     Placed,
     Problem,
@@ -50,6 +51,7 @@ from stability.statics.certificate import Tally, brick_graph, force_sums, rests_
 from stability.statics.journal import JournaledDict
 from stability.statics.prover import Prover, ProverState
 from stability.statics.structure import Structure
+from stability.strength import NO_STRENGTHS, Strength, admit_strengths
 
 # Input checks of statics. Invalid numbers are errors with a remedy.
 
@@ -150,14 +152,6 @@ def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: Give
     admit_names(names, ())
 
 
-def admit_problem(problem: object) -> None:
-    """Raise TypeError for anything but a problem of statics."""
-    if not isinstance(problem, Problem):
-        of_scenario = type(problem).__module__.startswith("stackdsl.")
-        remedy = "; for a scenario write `stackdsl.margins(scenario)`" if of_scenario else ""
-        raise TypeError(f"expected a Problem, as returned by `assembly.problem()`, not {short_repr(problem)}{remedy}")
-
-
 def admit_forces(forces: object) -> None:
     """Raise TypeError for anything but forces of a proof; None stands for unknown forces."""
     if forces is not None and not isinstance(forces, Forces):
@@ -242,6 +236,7 @@ class AssemblyAnswers:
     """Bricks, fixed bodies, and the proof of each brick."""
 
     _working: Prover
+    _strengths: Mapping[BodyId, Strength]
     _last_verdict: JournaledDict[str, Verdict]
 
     @property
@@ -283,6 +278,11 @@ class AssemblyAnswers:
     def joints(self) -> Joints:
         """Return the joints that hold bodies together."""
         return self._structure.joints
+
+    @property
+    def strengths(self) -> Mapping[BodyId, Strength]:
+        """Return the strengths of bricks against crushing."""
+        return MappingProxyType(self._strengths)
 
     @property
     def loads(self) -> Loads:
@@ -464,6 +464,9 @@ BREAKS = (
     "proven to stand"
 )
 
+STRENGTH_NOT_JUDGED = "strengths of bricks are not judged with joints or round contacts"
+STRENGTH_IN_DOUBT = "it is proven neither that the bricks bear their loads nor that one crushes"
+
 DIGITS = 3  # of the least width of gaps that a verdict depends on, rounded up
 NOISE = 1e-9  # share of a width that is rounding: it does not turn 1 mm into 1.01 mm
 
@@ -550,6 +553,7 @@ class Assembly(AssemblyAnswers):
         overlap: float = OVERLAP,
         joints: Joints = DRY,
         loads: Loads = UNLOADED,
+        strengths: Mapping[BodyId, Strength] = NO_STRENGTHS,
     ) -> None:
         """Start with the fixed bodies: planes, and `tables`, which are boxes that never move.
 
@@ -557,16 +561,19 @@ class Assembly(AssemblyAnswers):
         pair; `gravity` is along -z [m/s2]. A new brick that overlaps another body by more than `overlap` [m], or by so
         much that the two would not count as touching, is a ValueError; with `inf` no overlap is. `joints` hold bodies
         together; their verdicts are those of limit analysis, in which a joint that yields keeps its force. `loads` act
-        on their bricks from the placement on.
+        on their bricks from the placement on. `strengths` against crushing are by brick: a structure that no forces
+        within them balance is UNSTABLE, with the brick that crushes.
         """
         planes, tables = listed(planes, "planes, such as [Plane(...)]"), listed(tables, "tables, such as [Placed(...)]")
         admit_site(planes, tables, friction, gravity)
         admit_overlap(overlap)
         admit_joints(joints)
         admit_loads(loads)
+        admit_strengths(strengths)
         if not isinstance(tolerances, Tolerances):
             raise TypeError(f"expected Tolerances(...), not {short_repr(tolerances)}")
         self._overlap = overlap
+        self._strengths = dict(strengths)
         self._fixed = {plane.id for plane in planes} | {table.brick.id for table in tables}
         self._working = Prover(Structure(planes, tables, friction, gravity, tolerances, joints, loads))
         self._last_verdict: JournaledDict[str, Verdict] = JournaledDict(
@@ -591,7 +598,7 @@ class Assembly(AssemblyAnswers):
     def _again(self, joints: Joints, loads: Loads) -> "Assembly":
         structure = self._structure
         site = self.planes, self.friction, self.gravity, structure.tolerances, self.tables
-        again = Assembly(*site, overlap=inf, joints=joints, loads=loads)
+        again = Assembly(*site, overlap=inf, joints=joints, loads=loads, strengths=self._strengths)
         again.add_all(self.bricks.values(), names_smallest=len(self.bricks) <= MOST)
         again._overlap = self._overlap
         return again
@@ -608,7 +615,7 @@ class Assembly(AssemblyAnswers):
         """Return the fixed bodies and the state for pickle."""
         structure = self._structure
         fixed = self.planes, self.friction, self.gravity, structure.tolerances, self.tables
-        site = *fixed, self._overlap, self.joints, self.loads
+        site = *fixed, self._overlap, self.joints, self.loads, self._strengths
         return _made_again, (type(self), site, self._prover.state(), self._verdict)
 
     # --- changes ------------------------------------------------------------------------------------------------------
@@ -724,6 +731,8 @@ class Assembly(AssemblyAnswers):
             )
             if prover.structure.joints.are_brittle:  # `self.joints` would undo the change
                 verdict = self._judged_brittle(verdict, prover.structure)
+            if self._strengths and verdict.stability is Stability.STABLE:
+                verdict = self._judged_strength(verdict, prover.structure)
         verdict_now = self._last_verdict[LAST] = replace(verdict, seconds=perf_counter() - started)
         if keep:
             prover.structure.journal.keep()
@@ -744,6 +753,28 @@ class Assembly(AssemblyAnswers):
             return ductile
         return Verdict(Stability.UNDECIDED, ductile.stage, BREAKS, tuple(_around_brittle(problem, structure)))
 
+    def _judged_strength(self, rigid: Verdict, structure: Structure) -> Verdict:
+        """Return the verdict on bricks of limited strength that would stand if all were rigid."""
+        from stability.statics.used_strength import used_strength  # noqa: PLC0415 -- it brings scipy
+
+        strengths = {name: each for name, each in self._strengths.items() if name in structure.bricks}
+        if not strengths:
+            return rigid
+        bricks = list(structure.bricks)
+        problem = structure.problem(bricks, structure.contacts_of(bricks))
+        if problem.has_joints or problem.is_round:
+            return Verdict(Stability.UNDECIDED, rigid.stage, STRENGTH_NOT_JUDGED, tuple(sorted(strengths)))
+        used = used_strength(problem, strengths, structure.tolerances, decide=True)
+        if used.bears:
+            return rigid
+        if not used.crushes:
+            above = structure.with_all_above(strengths)
+            return Verdict(Stability.UNDECIDED, Stage.CONES, STRENGTH_IN_DOUBT, tuple(sorted(above)))
+        used = used_strength(problem, strengths, structure.tolerances)
+        crushing = Crushing(used.brick, used.least)
+        above = structure.with_all_above([used.brick])
+        return Verdict(Stability.UNSTABLE, Stage.CONES, crushing.text, tuple(sorted(above)), crushing=crushing)
+
     def _gap_question(self, structure: Structure) -> tuple[CountedGaps, ...]:
         """Return the question whether the proof of all bricks depends on gaps as contact; none without gaps."""
         across = tuple(chain(*structure.across_gaps.values()))
@@ -762,8 +793,8 @@ def _around_brittle(problem: Problem, structure: Structure) -> list[BodyId]:
 
 
 def _made_again(kind: type[Assembly], site: tuple[Any, ...], known: ProverState, verdict: Verdict) -> Assembly:
-    *others, overlap, joints, loads = site
-    made = kind(*others, overlap=overlap, joints=joints, loads=loads)
+    *others, overlap, joints, loads, strengths = site
+    made = kind(*others, overlap=overlap, joints=joints, loads=loads, strengths=strengths)
     made.restore(AssemblyState(made, known, verdict))
     return made
 

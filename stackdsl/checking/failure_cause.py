@@ -176,6 +176,8 @@ def _action_text(together: Sequence[Action], timeline: Timeline) -> str:
 
 def _first(trace: Trace) -> str:
     if trace.collapse is not None:
+        if trace.collapse.crushing is not None:
+            return ""  # the reason tells it
         return f"{trace.collapse.brick} fell first: it had {trace.collapse.by} at {trace.collapse.time:.3f} s"
     worst = max(trace.tracks.values(), key=lambda track: track.shift, default=None)
     if worst is None or worst.shift < NOTICED:

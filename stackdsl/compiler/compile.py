@@ -50,6 +50,7 @@ from stackdsl.compiler.schedule import (
     turned_plane,
     turned_pose,
 )
+from stackdsl.compiler.strengths import strengths_of, unsupported_strengths
 from stackdsl.compiler.supports import invalid_supports, support_motions
 from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean
 from stackdsl.language.bricks import CATALOGUE, BrickKind
@@ -278,6 +279,7 @@ CHECKS: Final[Sequence[Check]] = (
     bricks_of_several_parts,
     unsupported_round_bricks,
     invalid_supports,
+    unsupported_strengths,
 )
 CHECKS_IN_TIME: Final[Sequence[Check]] = (
     early_removals,
@@ -344,7 +346,8 @@ def _world(built: ResolvedScenario, scenario: Scenario, planes: tuple[Plane, ...
     touching, friction = scenario.world.touching, friction_of(built, scenario)
     within = inf if touching is None else touching
     motions = support_motions(built, scenario)
-    return FixedWorld(scenario.world.gravity, friction, planes, within, supports=motions)
+    strengths = strengths_of(built, scenario)
+    return FixedWorld(scenario.world.gravity, friction, planes, within, strengths=strengths, supports=motions)
 
 
 def _timeline(built: ResolvedScenario, impacts: Iterable[tuple[ActionOrder, Action]], scenario: Scenario) -> Timeline:

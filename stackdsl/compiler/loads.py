@@ -27,12 +27,12 @@ from stackdsl.language.schema import Scenario
 from stackdsl.language.value_types import named_in
 from stackdsl.language.yaml.source import KeyPath, Source
 from stackdsl.timeline import LoadsAction
-from stackdsl.trace import is_load
+from stackdsl.trace import USED_STRENGTH, is_load
 from stackdsl.wording import mm
 
 MAX_LOADED: Final = 100_000  # loaded bricks, each counted once per load; some seconds
 SYSTEM: Final = "exact"  # the only system that judges loads
-MARGINS: Final = frozenset({"load_factor", "acceleration", "friction", "settlement"})
+MARGINS: Final = frozenset({"load_factor", "acceleration", "friction", "settlement", USED_STRENGTH})
 HANDS: Final = frozenset({"move", "hold"})
 FACING: Final = cos(0.7)  # about 40 deg: the most by which a face may be turned from the direction that names it
 EDGE_ON: Final = 1e-9  # cosine below which a face is seen edge on

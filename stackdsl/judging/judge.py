@@ -21,7 +21,7 @@ from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.runner import StopCondition, never_stop_early
 from stackdsl.simulation.systems import Method, System, as_played
 from stackdsl.timeline import Timeline
-from stackdsl.trace import UNRELIABLE, Collapse, Ensemble, Trace
+from stackdsl.trace import NOT_MODELLED, UNRELIABLE, Collapse, Ensemble, Trace
 from stackdsl.wording import energy_fault
 
 if TYPE_CHECKING:
@@ -62,6 +62,14 @@ def still_moving(claim: ClaimKind, result: ClaimResult, trace: Trace) -> ClaimRe
     return ClaimResult(
         f"{result.measured}; {'; '.join(reasons)}; {advice}", -inf, "", passed=False, numbers=result.numbers
     )
+
+
+def not_modelled(result: ClaimResult, trace: Trace) -> ClaimResult:
+    """Return the result as failed, since the motion after a brick has crushed is not modelled."""
+    text = trace.crushing.text if trace.crushing is not None else ""
+    cause = text if result.measured != text else ""
+    measured = "; ".join(filter(None, [result.measured, cause, NOT_MODELLED]))
+    return ClaimResult(measured, -inf, "", passed=False, numbers=result.numbers)
 
 
 # Numerical effects in a run: a collapse that statics disproves, and changes at a finer resolution.
@@ -224,7 +232,9 @@ def _result(claim: ClaimKind, trace: Trace) -> ClaimResult:
     result = claim.judge(trace)
     if depends_on_energy_fault(claim, trace):
         return unreliable(result, trace)
-    return still_moving(claim, result, trace) if may_still_change(claim, trace) else result
+    if not may_still_change(claim, trace):
+        return result
+    return not_modelled(result, trace) if trace.crushing is not None else still_moving(claim, result, trace)
 
 
 def _numerical(trace: Trace) -> ClaimResult:

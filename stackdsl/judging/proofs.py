@@ -29,6 +29,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.equilibrium import separating_motion
 from stability.statics.fall_description import described
 from stability.statics.initial_motion import find_start
+from stability.statics.used_strength import used_strength
 from stability.supports import SupportMotion
 from stackdsl.timeline import (
     HandAction,
@@ -40,7 +41,7 @@ from stackdsl.timeline import (
     Timeline,
     leaves_to_engine,
 )
-from stackdsl.trace import ALL_LOADS, CarriedRange, Trace, VerdictMargins, load_on
+from stackdsl.trace import ALL_LOADS, USED_STRENGTH, CarriedRange, Trace, VerdictMargins, load_on
 from stackdsl.wording import how_many
 
 # Timeline -> proofs: a verdict after each placement, without an engine.
@@ -155,6 +156,7 @@ def proofs_until(timeline: Timeline, time: float) -> Proofs | None:
 
 
 REPAIRS = "`stackdsl suggest` searches for repairs"
+RIGID = "bricks with a `strength` are not judged by this command, only by `check`, `explain` and `find`"
 NO_MARGIN = f"only a stable structure has margins; {REPAIRS}"
 
 
@@ -173,6 +175,8 @@ class FinishedStructure:
             return "no brick is set down at rest, so statics has nothing to judge"
         if verdict.stability is not Stability.STABLE:
             return f"{verdict.stability.upper()}: {verdict.reason}; {REPAIRS}"
+        if self.assembly.strengths:
+            return RIGID
         return ""
 
 
@@ -250,6 +254,17 @@ def margins_of_assembly(
     """
     if not _has_margins(assembly):
         return VerdictMargins()
+    if assembly.strengths:  # the other margins are those of bricks that never crush
+        return _crushed(assembly.problem(), assembly, requested, on_stage)
+    return _of_rigid(assembly, requested, on_stage, supports)
+
+
+def _of_rigid(
+    assembly: Assembly,
+    requested: Collection[str],
+    on_stage: Callable[[str], None],
+    supports: Sequence[SupportMotion],
+) -> VerdictMargins:
     problem, margins = assembly.problem(), VerdictMargins()
     if "load_factor" in requested or ((problem.has_joints or problem.applied) and requested):
         on_stage("load factor")
@@ -279,6 +294,18 @@ def margins_of_assembly(
     if "squeezed" in requested:
         margins = replace(margins, squeezed=separating_motion(problem) is None)
     return margins
+
+
+def _crushed(
+    problem: Problem, assembly: Assembly, requested: Collection[str], on_stage: Callable[[str], None]
+) -> VerdictMargins:
+    """Return the margins of an assembly of bricks with a strength."""
+    margins = VerdictMargins(carried=_carried(problem, requested, on_stage))
+    if USED_STRENGTH not in requested:
+        return margins
+    on_stage("used strength")
+    strengths = {name: each for name, each in assembly.strengths.items() if name in assembly.bricks}
+    return replace(margins, used_strength=used_strength(problem, strengths, assembly.tolerances).enough)
 
 
 def _has_margins(assembly: Assembly) -> bool:

@@ -11,7 +11,7 @@ from stability.analysis.piling import Piling
 from stability.analysis.repair import BrickShift, Propping, SeveralShifts, Shifting, propping
 from stability.contact_law import Friction, as_friction
 from stability.model import BodyId
-from stability.problem import Placed, Stability, Verdict
+from stability.problem import Crushing, Placed, Stability, Verdict
 from stackdsl.judging.numbers import ScenarioNumber, ScenarioNumbers
 from stackdsl.judging.proofs import Proofs, proofs_of
 from stackdsl.timeline import Action, JointsAction, Placement, Timeline
@@ -214,6 +214,7 @@ class Remedies:
     joints: StrongerJoints | None = None  # likewise; None also without joints
     counterweight: HeavierBrick | None = None  # None if none was found
     nothing_rises: bool = False  # whether no brick rises in the fall, which proves that no counterweight helps
+    crushing: Crushing | None = None  # the cause, if no brick falls before one crushes
 
     def in_order(self) -> Iterator[OtherNumber | MoreFriction | StrongerJoints | HeavierBrick]:
         """Yield what helps: first what keeps all that is built, then other counts, such as fewer levels."""
@@ -232,6 +233,9 @@ def remedies_of(scenario_numbers: ScenarioNumbers, timeline: Timeline, proofs: P
     verdict = proofs.assembly.verdict()
     if verdict.stability is not Stability.UNSTABLE:
         return Remedies()
+    if verdict.crushing is not None:
+        numbers = tuple(_numbers(scenario_numbers, set(verdict.moving)))
+        return Remedies(numbers, crushing=verdict.crushing)
     if timeline.world.has_joints:
         numbers = tuple(_numbers(scenario_numbers, set(verdict.moving)))
         return Remedies(numbers, joints=stronger_joints(timeline, proofs))
@@ -405,7 +409,10 @@ def suggestions(build: FallingBuild, piling: Piling, on_progress: Callable[[], N
         if joints is not None and joints.factor < inf:
             yield joints
         return
-    if build.timeline.has_loads:  # other changes are searched for bricks under their weight alone
+    if build.verdict.crushing is not None:
+        return
+    # Other changes are searched for rigid bricks under their weight alone.
+    if build.timeline.has_loads or build.timeline.world.strengths:
         rougher = more_friction(build.timeline, build.proofs)
         if rougher is not None and rougher.factor < inf:
             yield rougher

@@ -42,6 +42,7 @@ from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Shorthand, 
 from stackdsl.language.pallets import Pallet, pallet_boxes
 from stackdsl.language.quantities import SIDE, ConsequentialError, InputError, shown, triple
 from stackdsl.language.rotations import about_axes
+from stackdsl.language.strengths import BrickStrength
 from stackdsl.language.value_types import Levels
 from stackdsl.supervising.executors import supervised
 from stackdsl.supervising.worker import Task, TaskStatus, memory_limited
@@ -540,6 +541,9 @@ class BrickKind(Shorthand, ExactlyOneKey):
     density: t.Density | None = Field(None, description="density, as an alternative to `mass`")
     mass: t.Mass | None = Field(None, description="mass of an uncut brick, as an alternative to `density`")
     friction: t.Friction | None = Field(None, description="Coulomb friction coefficient; default: that of the scenario")
+    strength: BrickStrength | None = Field(
+        None, description="strength against crushing: a pressure, or the load of a stack; default: it never crushes"
+    )
     studs: StudGrid | None = Field(
         None, description="studs of the brick, which hold it to bricks and ground with the same studs; default: none"
     )

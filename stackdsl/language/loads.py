@@ -26,8 +26,6 @@ from stackdsl.language.quantities import (
     UNIT_WEIGHT,
     Dimension,
     InputError,
-    as_text,
-    exact_quantity,
     parse_quantity,
     quantity_pattern,
     shown,
@@ -126,25 +124,8 @@ def _growing(read: Callable[[object], float], pattern: str, dimension: Dimension
     return t.Reads(partial(_read_amount, read=read), {"anyOf": [{"const": 0}, schema]})
 
 
-class Weighed(float):
-    """A mass [kg] or a density [kg/m3], whose weight depends on the gravity of the scene."""
-
-
-def _read_weighed(written: object, mass: Dimension, force: Dimension, noun: str) -> float:
-    """Read a weight as a force, or as a mass; or both per volume."""
-    text = as_text(written, force)
-    if re.search(r"(?<![A-Za-z])k?g(/c?m\^?[3³])?$", text):
-        return Weighed(parse_quantity(written, mass))
-    try:
-        exact_quantity(text, force)
-    except InputError as error:
-        hint = f"write {mass.noun} such as {mass.example}, or {force.noun} such as {force.example}"
-        raise InputError(error.code, error.message.replace(force.noun, noun), hint) from error
-    return parse_quantity(written, force)
-
-
 def _weighed(mass: Dimension, force: Dimension, noun: str) -> t.Reads:
-    read = partial(_read_weighed, mass=mass, force=force, noun=noun)
+    read = partial(t.read_weighed, mass=mass, force=force, noun=noun)
     return _growing(read, rf"(?:{quantity_pattern(mass)}|{quantity_pattern(force)})", mass)
 
 
@@ -273,7 +254,7 @@ class Load(Timed):
     def is_mass(self) -> bool:
         """True if the amounts are masses [kg] or densities [kg/m3]."""
         amounts = (self.amount.first, self.amount.last) if isinstance(self.amount, Growing) else (self.amount,)
-        return any(isinstance(amount, Weighed) for amount in amounts)
+        return any(isinstance(amount, t.Weighed) for amount in amounts)
 
     @model_validator(mode="after")
     def _read_shares(self) -> Self:
@@ -302,7 +283,7 @@ class Load(Timed):
         if self.table is not None:
             raise InputError("SD108", "a load that grows has no `table`", "remove one of them")
         first, last = self.amount.first, self.amount.last
-        if isinstance(first, Weighed) is not isinstance(last, Weighed) and first and last:
+        if isinstance(first, t.Weighed) is not isinstance(last, t.Weighed) and first and last:
             raise InputError("SD104", "the load grows from a mass to a force", "write both as masses or as forces")
         return self
 

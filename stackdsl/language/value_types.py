@@ -35,6 +35,8 @@ from stackdsl.language.quantities import (
     STRENGTH,
     Dimension,
     InputError,
+    as_text,
+    exact_quantity,
     parse_quantity,
     quantity_pattern,
     shown,
@@ -203,6 +205,9 @@ LevelTolerance = Annotated[Tolerance, _tolerance(LEVEL, "level 9 ± 1")]
 SlopeTolerance = Annotated[Tolerance, _tolerance(SLOPE, ">= 3 deg")]
 GravityTolerance = Annotated[Tolerance, _tolerance(PARTS_OF_G, ">= 0.05")]
 LoadFactorTolerance = Annotated[Tolerance, _tolerance(LOAD_FACTOR, ">= 1.5")]
+UsedStrengthTolerance = Annotated[
+    Tolerance, _tolerance(replace(SHARE, noun="a share of the strength", example="<= 80 %"), "<= 80 %")
+]
 FrictionTolerance = Annotated[Tolerance, _tolerance(COEFFICIENT, "<= 0.2")]
 ShareOfSamples = Annotated[Tolerance, _tolerance(SHARE, ">= 95 %", parse_share, alone=True)]
 Confidence = Annotated[float, quantity(replace(SHARE, least=0.5, most=0.999999))]
@@ -210,6 +215,23 @@ ShareTolerance = Annotated[Tolerance, _tolerance(SHARE, "0.25 ± 0.02")]
 PressureTolerance = Annotated[
     Tolerance, _tolerance(replace(STRENGTH, noun="a pressure", example="20 kPa"), "<= 20 kPa")
 ]
+
+
+class Weighed(float):
+    """A mass [kg] or a density [kg/m3], whose weight depends on the gravity of the scene."""
+
+
+def read_weighed(written: object, mass: Dimension, force: Dimension, noun: str) -> float:
+    """Read a weight as a force, or as a mass; or both per volume."""
+    text = as_text(written, force)
+    if re.search(r"(?<![A-Za-z])k?g(/c?m\^?[3³])?$", text):
+        return Weighed(parse_quantity(written, mass))
+    try:
+        exact_quantity(text, force)
+    except InputError as error:
+        hint = f"write {mass.noun} such as {mass.example}, or {force.noun} such as {force.example}"
+        raise InputError(error.code, error.message.replace(force.noun, noun), hint) from error
+    return parse_quantity(written, force)
 
 
 def _read_weight_tolerance(written: object) -> Tolerance:

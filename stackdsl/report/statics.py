@@ -1,5 +1,6 @@
 """Results of statics for a scenario as text: proofs, margins, remedies, friction."""
 
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -58,11 +59,12 @@ from stackdsl.timeline import (
     ShakeAction,
     Timeline,
 )
-from stackdsl.trace import VerdictMargins
+from stackdsl.trace import NOT_MODELLED, USED_STRENGTH, VerdictMargins
 from stackdsl.wording import (
     aided_text,
     apart_text,
     clock,
+    how_many,
     in_short,
     joints_text,
     limit_text,
@@ -179,6 +181,9 @@ def remedy_lines(remedies: Remedies) -> Iterator[str]:
         if remedies.joints.factor == inf:
             yield stronger_text(remedies.joints)
         return
+    if remedies.crushing is not None:
+        yield f"strengths of {rounded_up(remedies.crushing.share)} times the written ones"
+        return
     if not remedies.numbers:
         yield "no number of the file was found whose change alone prevents the fall"
     if remedies.counterweight is None:
@@ -274,7 +279,7 @@ def weakest_json(weakest: Weakest) -> Mapping[str, Any]:
 MICROSECONDS = 1e6
 DAY = 86_400.0  # [s]
 LEAST_IN_MPA = 1e4  # [Pa] smaller strengths are told in kPa
-TOLD = (*ALL, "guaranteed", "squeezed")  # the reported margins of standing structures
+TOLD = (*ALL, "guaranteed", "squeezed", USED_STRENGTH)  # the reported margins of standing structures
 
 
 @dataclass(frozen=True, slots=True)
@@ -321,7 +326,8 @@ def proven_lines(  # noqa: PLR0913, PLR0917 -- all parts of the text
     """Yield the results for all judged bricks out of `count`; `margins` are the reported ones (`TOLD`), if known."""
     verdict, judged = proofs.verdict, sum(len(judged.bricks) for judged in proofs.judged)
     if verdict.stability is not Stability.STABLE:
-        yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; the engine simulates the rest"
+        rest = "the engine simulates the rest" if verdict.crushing is None else NOT_MODELLED
+        yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; {rest}"
         yield from _fall(proofs, timeline, extent, numbers)
     elif judged < count:
         yield f"  statics: {judged} of {count} bricks are proven to stand; the engine simulates the others"
@@ -341,7 +347,8 @@ def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, numbers: ScenarioN
     """Yield everything that moves, its direction, and remedies."""
     verdict, bricks = proofs.verdict, proofs.assembly.bricks
     in_doubt = verdict.stability is Stability.UNDECIDED
-    yield f"    {'in doubt' if in_doubt else 'moves'}: {', '.join(in_order(verdict.moving))}"
+    if verdict.crushing is None:
+        yield f"    {'in doubt' if in_doubt else 'moves'}: {', '.join(in_order(verdict.moving))}"
     if side := side_text(fall_side(verdict, bricks)):
         yield f"    direction: {side}"
     if in_doubt or extent.remedies is False:
@@ -365,6 +372,13 @@ def _margins(proofs: Proofs, extent: Extent, margins: VerdictMargins | None) -> 
         yield "    margins are not computed for round bricks"
         return
     margins = margins or margins_of_assembly(proofs.assembly, TOLD, extent.on_stage)
+    if margins.used_strength is not None:
+        yield f"    it needs {100.0 * margins.used_strength:.4g} % of the strength of its bricks"
+    else:
+        yield from _survived(margins)
+
+
+def _survived(margins: VerdictMargins) -> Iterator[str]:
     yield "    it survives " + "; ".join(margin_texts(margins))
     if margins.squeezed:
         yield "    these margins rely on contacts whose pressure statics does not determine"
@@ -443,6 +457,7 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     yield from _mortar_lines(scenario)
     yield from map(_load_line, scenario.loads)
     yield from map(_support_line, scenario.supports)
+    yield from _strength_lines(timeline)
     kinds = [scenario.brick, *(step.brick for step in scenario.build)]
     kinds += [brick.brick for step in scenario.build for brick in step.bricks or ()]
     for studs in dict.fromkeys(kind.studs for kind in kinds if kind is not None and kind.studs is not None):
@@ -461,6 +476,14 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     yield ""
     for case in cases:
         yield from _system(case.system, timeline)
+
+
+def _strength_lines(timeline: Timeline) -> Iterator[str]:
+    """Yield each strength against crushing, with the number of bricks that have it."""
+    for strength, count in Counter(timeline.world.strengths.values()).items():
+        limits = [f"a pressure of {1e-3 * strength.pressure:g} kPa"] if strength.pressure < inf else []
+        limits += [f"a stack load of {strength.stack:g} N"] if strength.stack < inf else []
+        yield f"  strength of {how_many(count, 'brick')}: {' and '.join(limits)}"
 
 
 def _world(timeline: Timeline) -> Iterator[str]:

@@ -194,7 +194,7 @@ class _Run:
                 self._act(action)
             self.islands.done(self.passed)
             self.passed += 1
-            if self.islands.undecided and not self.timeline.watched:
+            if (self.islands.undecided and not self.timeline.watched) or self._crushed():
                 return
         self._advance(self._end())
         if self.collapse:
@@ -249,6 +249,17 @@ class _Run:
         extension = self.islands.extension
         everything = {name: state for states in seen.values() for name, state in states.items()}
         self.measures.acted(everything, extension.verdict() if extension is not None else None)
+
+    def _crushed(self) -> bool:
+        """End the run if a brick crushes under the last change: the motion that follows is not modelled."""
+        extension = self.islands.extension if self.timeline.world.strengths and self.collapse is None else None
+        verdict = extension.verdict() if extension is not None else None
+        if verdict is None or verdict.crushing is None:
+            return False
+        now, last, crushing = self.islands.now, self.watch.last_built(), verdict.crushing
+        self.collapse = Collapse(now, last.level, crushing.brick, crushing.brick, last.step, crushing=crushing)
+        self.log.add(Event(now, EventKind.CRUSHED, (crushing.brick,), crushing.need))
+        return True
 
     def _end(self) -> float:
         """Return the planned end of the run [s]."""
@@ -422,7 +433,8 @@ class _Run:
         """Return the trace up to now, without support edges."""
         extension, now, collapsed = self.islands.extension, self.islands.now, self.collapse is not None
         unplayed = None if self.timeline.watched or not self.islands.undecided else BrickState.UNWATCHED
-        tracks = tracks_of(self.timeline, self.watch, extension, unplayed, collapsed)
+        crushed = self.collapse is not None and self.collapse.crushing is not None
+        tracks = tracks_of(self.timeline, self.watch, extension, unplayed, collapsed and not crushed)
         collapse = self.collapse
         if collapse is not None and self.built:
             parts = {name: track.state for name, track in tracks.items() if track.state not in NO_PART}

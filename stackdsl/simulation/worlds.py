@@ -94,6 +94,7 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Stabilize
                 presser=world,
                 tolerances=scene.tolerances,
                 joints=scene.joints,
+                strengths=scene.strengths,
                 recorder=cast("RecordsSteps", world) if scene.has_joints else None,
             )
         case Method.PUBLISHED:

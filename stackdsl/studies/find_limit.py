@@ -491,6 +491,8 @@ def _shaken(case: Case, name: str, request: LimitRequest) -> FoundLimit:
             bricks=bricks,
             verdicts=1,
         )
+    if assembly.strengths:
+        raise SearchError(f"the {request.name} of bricks with a `strength` is not searched for; vary another number")
     limit = _limit(assembly.problem(), request, assembly.gravity)
     if limit is None:
         return nothing

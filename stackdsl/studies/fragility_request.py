@@ -6,6 +6,7 @@ from re import fullmatch
 from typing import Final
 
 from stackdsl.checking.cases import Case
+from stackdsl.judging.proofs import RIGID
 from stackdsl.language.expressions import constant, unit_text
 from stackdsl.language.quantities import ACCELERATION, SIGNED, InputError, in_si, parse_quantity
 from stackdsl.simulation.known_systems import system_named
@@ -54,6 +55,8 @@ def plan_of(case: Case, asked: FragilityRequest) -> FragilityPlan:
         raise NotProvenError(f"only statics computes survived intensities, '{case.system}' does not")
     if asked.bearing is not None and not intensity.is_steady:
         raise FragilityRequestError(f"{asked.option('bearing')} applies only to acceleration and tilt; remove it")
+    if case.timeline.world.strengths:
+        raise FragilityRequestError(RIGID)
     written = case.scenario
     return FragilityPlan(
         case,

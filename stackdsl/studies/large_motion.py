@@ -11,7 +11,7 @@ from stability.problem import Stability
 from stability.statics.fall_description import described
 from stability.supports import SupportMotion
 from stackdsl.checking.cases import Case
-from stackdsl.judging.proofs import proofs_of
+from stackdsl.judging.proofs import RIGID, proofs_of
 from stackdsl.studies.limit_search import SearchError
 
 
@@ -61,6 +61,8 @@ def settled_in(
         remedy = "write, for example, `supports: [{under: L1.1, by: [-20 mm, 0 mm, 0 mm]}]`"
         raise SearchError(f"the scenario has no `supports` that move; {remedy}")
     proofs = proofs_of(case.timeline)
+    if proofs.assembly.strengths:
+        raise SearchError(RIGID)
     _require_standing(proofs.verdict.stability, proofs.verdict.reason)
     problem = proofs.assembly.problem()
     motion = support_path(problem, supports, proofs.assembly.loads, until=until, on_step=on_step)
@@ -72,6 +74,8 @@ def settled_in(
 def pushed_over_in(case: Case, name: str, on_step: Callable[[float], None] = lambda _: None) -> FollowedMotion:
     """Push a case called `name` over by its loads. Raises SearchError."""
     proofs = proofs_of(case.timeline)
+    if proofs.assembly.strengths:
+        raise SearchError(RIGID)
     loads = case.timeline.final_world.loads
     if not any(hypot(*load.force) for load in loads.loads):
         remedy = "write, for example, `loads: [{acceleration: 0.1 g, towards: 0 deg, all: true}]`"

@@ -9,7 +9,7 @@ from stability.name_order import names_text
 from stability.notebook import Printed, display_of
 from stability.statics.fall_description import fall_side
 from stackdsl.checking.cases import Case
-from stackdsl.judging.proofs import ALL, NO_MARGIN, Proofs, Survival, margins_of_assembly, proofs_of, survival_of
+from stackdsl.judging.proofs import ALL, NO_MARGIN, RIGID, Proofs, Survival, margins_of_assembly, proofs_of, survival_of
 from stackdsl.studies.limit_search import SearchError
 from stackdsl.trace import VerdictMargins
 from stackdsl.wording import side_text
@@ -37,6 +37,8 @@ def survive_in(
             raise SearchError(unproven)
         judged = proofs.verdict.stability.upper()
         raise SearchError(f"{judged}: {unproven}; {NO_MARGIN}")
+    if proofs.assembly.strengths:
+        raise SearchError(RIGID)
     survival = survival_of(proofs.assembly, bearings, accuracy, on_bearing)
     if survival is None:
         raise SearchError("unknown: no contact forces were found that are far enough inside the friction cones")
@@ -71,6 +73,8 @@ class CaseMargins(Printed):
 def margins_in(case: Case, name: str) -> CaseMargins:
     """Return the margins of a case called `name`, as `stackdsl explain` reports them."""
     proofs = proofs_of(case.timeline)
+    if proofs.assembly.strengths:
+        raise SearchError(RIGID)
     unproven = _unproven(proofs)
     found = VerdictMargins() if unproven else margins_of_assembly(proofs.assembly, ALL)
     unaided = None if found.apart is None else found.apart.acceleration or 0.0

@@ -32,6 +32,7 @@ from stability.stabilizers.protocol import Observers, Stabilizer, Update
 from stability.stabilizers.rest import LimitsBySize, RestLimits
 from stability.statics.assembly import Assembly
 from stability.statics.opened_joints import Pair, held_pairs
+from stability.strength import Strength
 
 # Factors on an acceleration of the ground at the end of what joined bricks are proven to bear, until they yield.
 BEYOND = (1.0, 1.0001, 1.001, 1.01)
@@ -80,6 +81,7 @@ def changed(
             overlap=inf,
             joints=assembly.joints,
             loads=assembly.loads,
+            strengths=assembly.strengths,
         )
         verdict = assembly.add_all(standing)
     return ChangedAssembly(assembly, verdict, pushed)
@@ -117,6 +119,7 @@ class ProvenStability(Stabilizer):
     presser: AcceptsForces | None = None
     tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
     joints: Joints = DRY
+    strengths: Mapping[BodyId, Strength] = field(default_factory=dict)  # against crushing, at rest only
     # Repeats steps in which joints open; None: joints of bricks in motion hold until these come to rest.
     recorder: RecordsSteps | None = None
     assembly: Assembly = field(init=False)
@@ -161,7 +164,13 @@ class ProvenStability(Stabilizer):
         if self.recorder is not None:
             self.recorder.record_steps()
         self.assembly = Assembly(
-            self.planes or (), self.friction, gravity, self.tolerances, overlap=inf, joints=self.joints
+            self.planes or (),
+            self.friction,
+            gravity,
+            self.tolerances,
+            overlap=inf,
+            joints=self.joints,
+            strengths=self.strengths,
         )
 
     def awake(self) -> list[BodyId]:
@@ -501,7 +510,8 @@ class ProvenStability(Stabilizer):
         planes = self.planes if self.planes is not None else fixed_bodies(self.engine, self.friction)[0]
         standing = tuple(self.assembly.bricks.values())
         site = planes, self.friction, self.assembly.gravity, self.tolerances, tables
-        self.assembly = Assembly(*site, overlap=inf, joints=self._joined.joints, loads=self.assembly.loads)
+        joints, loads, strengths = self._joined.joints, self.assembly.loads, self.strengths
+        self.assembly = Assembly(*site, overlap=inf, joints=joints, loads=loads, strengths=strengths)
         judgement = release_until_stable(self.assembly, self.assembly.add_all([*standing, *added]))
         self._verdict = judgement.first
         names = [placed.brick.id for placed in added]

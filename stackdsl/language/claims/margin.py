@@ -22,7 +22,7 @@ from stackdsl.language.claims.claim_result import (
 )
 from stackdsl.language.model_base import AtLeastOneKey
 from stackdsl.language.tolerances import Tolerance
-from stackdsl.trace import BrickState, BrickTrack, Trace, VerdictMargins
+from stackdsl.trace import USED_STRENGTH, BrickState, BrickTrack, Trace, VerdictMargins
 from stackdsl.wording import aided_text
 
 UNITS: Final = {
@@ -32,6 +32,7 @@ UNITS: Final = {
     "placement": "mm",
     "load_factor": "",
     "settlement": "",
+    USED_STRENGTH: "%",
 }
 
 
@@ -53,6 +54,10 @@ class Margin(AtLeastOneKey, ClaimKind):
 
     settlement: t.LoadFactorTolerance | None = Field(
         None, description="multiple of the movement of its `supports` that the structure survives"
+    )
+
+    used_strength: t.UsedStrengthTolerance | None = Field(
+        None, description="share of their `strength` that the bricks use: the least of all forces that are possible"
     )
 
     needs_statics: ClassVar[bool] = True

@@ -23,7 +23,7 @@ from stackdsl.language.claims.claim_result import (
 from stackdsl.language.model_base import Shorthand
 from stackdsl.language.quantities import InputError
 from stackdsl.language.tolerances import Tolerance
-from stackdsl.trace import BrickState, BrickTrack, Trace
+from stackdsl.trace import USED_STRENGTH, BrickState, BrickTrack, Trace
 from stackdsl.wording import MILLIMETRES, level_text, mm
 
 
@@ -41,7 +41,7 @@ class Stands(Shorthand, ClaimKind):
     scalar_word: ClassVar[str] = "all"
     opposite: ClassVar[str] = "collapses: any"
     only_falls: ClassVar[bool] = True
-    reported_margins: ClassVar[tuple[str, ...]] = ("friction", "placement")
+    reported_margins: ClassVar[tuple[str, ...]] = ("friction", "placement", USED_STRENGTH)
 
     @property
     def needed_hold(self) -> float | None:
@@ -120,7 +120,9 @@ class Stands(Shorthand, ClaimKind):
             return ClaimResult(measured, -missing, "bricks", passed=False)
         unsettled = [track.brick.id for track in tracks if track.state is BrickState.UNSETTLED]
         if unsettled:
-            return ClaimResult(f"{unsettled[0]} has not come to rest", -len(unsettled), "bricks", passed=False)
+            crushing = trace.crushing
+            measured = f"{unsettled[0]} has not come to rest" if crushing is None else crushing.text
+            return ClaimResult(measured, -len(unsettled), "bricks", passed=False)
         return None if tracks else ClaimResult("all bricks were pulled out or thrown", -1, "bricks", passed=False)
 
     def _in_time(self, tracks: Sequence[BrickTrack], trace: Trace) -> Sequence[BrickTrack]:
@@ -143,6 +145,9 @@ def _stand(tracks: Sequence[BrickTrack], assembly: Iterable[BodyId]) -> ClaimRes
 def _with_margin_of_proof(result: ClaimResult, trace: Trace) -> ClaimResult:
     """Return the result with a margin of the proof, in place of the shift that is left until a collapse."""
     margins = trace.margins
+    if margins.used_strength is not None:
+        measured = f"{result.measured}, with {100.0 * margins.used_strength:.4g} % of their strength"
+        return replace(result, measured=measured, margin=1.0 - margins.used_strength, unit="of strength", moved="")
     if margins.load_factor is not None and margins.load_factor < inf:
         what = "loads" if margins.loaded else "weight"
         measured = f"{result.measured}, also under {margins.load_factor:.4g} times their {what}"

@@ -7,7 +7,6 @@ from math import inf, pi
 import numpy as np
 import pytest
 
-from stability.analysis.used_strength import Strength, UsedStrength, used_strength
 from stability.contact_law import OtherLawError
 from stability.geometry.box import Box
 from stability.geometry.vectors import about, rotate
@@ -16,6 +15,8 @@ from stability.model import GROUND, Brick, Plane, Pose, Vec3
 from stability.problem import Placed, Problem
 from stability.statics.assembly import Assembly
 from stability.statics.conic_program import ConicProgram, SolverPoint, clarabel_solve
+from stability.statics.used_strength import UsedStrength, used_strength
+from stability.strength import Strength
 
 G = 10.0  # [m/s2]
 CLOSE = 1e-6
@@ -121,7 +122,7 @@ def test_no_wrong_point_of_a_solver_proves_too_large_a_share(error: float, monke
         point = clarabel_solve(program, accuracy)
         return replace(point, x=point.x * (1.0 + error * random.uniform(-1.0, 1.0, point.x.shape)))
 
-    monkeypatch.setattr("stability.analysis.used_strength.clarabel_solve", wrong)
+    monkeypatch.setattr("stability.statics.used_strength.clarabel_solve", wrong)
     used = used_strength(loaded_off_centre(0.1), {"block": Strength(pressure=WEAK)}, decide=True)
     assert used.least <= 100.0 / (L * (B - 0.2)) / WEAK * (1.0 + 1e-9)
 

@@ -11,7 +11,7 @@ eccentric load.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, replace
 from math import inf
 
 import numpy as np
@@ -19,35 +19,28 @@ import numpy as np
 from stability.contact_law import OtherLawError
 from stability.geometry.polygons import between
 from stability.geometry.rows import Array, Indices
-from stability.geometry.vectors import add, admit_number, cross, norm, scale, short_repr, subtract
+from stability.geometry.vectors import add, cross, norm, scale, subtract
 from stability.model import BodyId, Vec3
-from stability.problem import Forces, Motion, Problem, Tolerances, rounded
+from stability.problem import Forces, Motion, Problem, Tolerances, admit_problem, rounded
 from stability.process_settings import one_thread
-from stability.statics.assembly import admit_problem
 from stability.statics.certificate import lies_on
 from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
 from stability.statics.equilibrium import proven_forces, separating_motion
 from stability.statics.proof import motion_plus, power, proof_cones, shortfalls
 from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
+from stability.strength import Strength, admit_strengths
 
 ACCURACIES = (1e-10, 1e-8)  # requested of the solver, tried in turn; its points are checked
 MOST_ROUNDS = 30  # of cutting triangles
 MOST_LINES = 8  # borders of the crushed area, of the last motions, along which the triangles are cut
 CLOSE = 1e-7  # share: bounds of the used strength that are as near to each other are not refined
 EXACT = 1e-6  # a strength that is used up to this share more counts as not exceeded
+ALIKE = 1e-4  # share of the power of crushing by which bricks that give way alike may differ
 THIN = 1e-9  # share of an edge: a cut nearer to a corner changes nothing
 CORNERS_OF_A_FACE = 3
 ROUNDING = 1e-12  # share of the fastest speed by which contacts open beyond what a proof requires
 
 Triangle = tuple[Vec3, Vec3, Vec3]
-
-
-@dataclass(frozen=True, slots=True)
-class Strength:
-    """Strength of one brick. A brick that has reached it yields at this force, as in limit analysis."""
-
-    pressure: float = inf  # at any place of a face in contact [Pa]
-    stack: float = inf  # greatest sum of the forces by which others lie on it [N]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +51,7 @@ class UsedStrength:
     enough: float  # proven by forces; inf if there are none
     motion: Motion | None
     brick: BodyId = ""  # that takes most of the power of this motion
+    shares: Mapping[BodyId, float] = field(default_factory=dict)  # of its strength, by brick, that these forces use
 
     @property
     def bears(self) -> bool:
@@ -131,7 +125,7 @@ def used_strength(
     joints or round contacts.
     """
     admit_problem(problem)
-    _admit(strengths)
+    admit_strengths(strengths)
     if problem.has_joints:
         raise OtherLawError("a crushing strength is not supported for bricks with joints")
     if problem.is_round:
@@ -148,14 +142,7 @@ def used_strength(
     search = _Search(problem, stacks, separating_motion(problem), tolerances)
     whole, lines = cells, list[_Crushing]()
     for _ in range(MOST_ROUNDS):
-        last = None
-        for accuracy in ACCURACIES:
-            found, last = search.bounds(cells, accuracy)
-            if found.least > best.least:
-                best = replace(best, least=found.least, motion=found.motion, brick=found.brick)
-            best = replace(best, enough=min(best.enough, found.enough))
-            if last is not None:
-                break
+        best, last = search.improved(best, cells)
         proven = decide and (best.bears or best.crushes)
         if proven or last is None or (best.enough < inf and best.enough - best.least <= CLOSE * best.enough):
             break
@@ -200,6 +187,19 @@ class _Search:
     separating: Motion | None
     tolerances: Tolerances
 
+    def improved(self, best: UsedStrength, cells: Sequence[_Cell]) -> tuple[UsedStrength, _Crushing | None]:
+        """Return the better of earlier bounds and those with these cells, and the motion of the latter."""
+        last = None
+        for accuracy in ACCURACIES:
+            found, last = self.bounds(cells, accuracy)
+            if found.least > best.least:
+                best = replace(best, least=found.least, motion=found.motion, brick=found.brick)
+            if found.enough < best.enough:
+                best = replace(best, enough=found.enough, shares=found.shares)
+            if last is not None:
+                break
+        return best, last
+
     def bounds(self, cells: Sequence[_Cell], accuracy: float) -> tuple[UsedStrength, _Crushing | None]:
         """Return what forces at the centres of the cells prove, what their motion proves, and this motion."""
         at_centres = self._with_points(cells, lambda cell: (cell.centre,))
@@ -210,15 +210,16 @@ class _Search:
         if isinstance(point, str) or not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
             return UsedStrength(0.0, inf, None), None
         forces = proven_forces(at_centres, system, point.dual[1 : 1 + len(system.rows)], self.tolerances)
-        enough = (
-            inf if forces is None else float((_sums(at_centres, groups, forces, len(most)) / most).max(initial=0.0))
-        )
+        used = np.full(len(most), inf) if forces is None else _sums(at_centres, groups, forces, len(most)) / most
+        enough, shares = float(used.max(initial=0.0)), dict[BodyId, float]()
+        for name, part in zip([*(cell.brick for cell in cells), *self.stacks], used.tolist(), strict=True):
+            shares[name] = max(part, shares.get(name, 0.0))
         columns = len(system.loads)
         rates = np.maximum(point.x[columns + len(cells) :], 0.0) / unit
         gives = dict(zip(self.stacks, rates.tolist(), strict=True))
         crushing = self._free(cells, _Crushing(system.unscaled_motion(point.x[:columns]), gives))
         if crushing is None:
-            return UsedStrength(0.0, enough, None), None
+            return UsedStrength(0.0, enough, None, shares=shares), None
         powers = {name: self.stacks[name] * rate for name, rate in gives.items()}
         for cell, depth in zip(cells, self.depths(cells, crushing), strict=True):
             # A closing speed is convex, so its mean over a triangle is at most that at the corners.
@@ -226,7 +227,10 @@ class _Search:
             powers[cell.brick] = powers.get(cell.brick, 0.0) + taken
         total = sum(powers.values())
         least = max(0.0, power(self.problem.loads, crushing.motion) / total) if total > 0.0 else 0.0
-        return UsedStrength(least, enough, crushing.motion, max(sorted(powers), key=powers.__getitem__)), crushing
+        # Of bricks that give way alike, the first is named, whatever the rounding.
+        most_power = (1.0 - ALIKE) * max(powers.values())
+        first = min(name for name, taken in powers.items() if taken >= most_power)
+        return UsedStrength(least, enough, crushing.motion, first, shares), crushing
 
     def depths(self, cells: Sequence[_Cell], crushing: _Crushing) -> list[list[float]]:
         """Return the closing speed at each corner of each cell [m/s]; negative where the contact opens."""
@@ -330,18 +334,3 @@ def _sums(problem: Problem, groups: tuple[Indices, Indices], forces: Forces, cou
     )
     sums: Array = np.bincount(groups[1], normal[groups[0]], minlength=count).astype(float)
     return sums
-
-
-def _admit(strengths: object) -> None:
-    """Raise ValueError for a strength that is not positive, TypeError for anything but strengths by brick."""
-    if not isinstance(strengths, Mapping):
-        raise TypeError(f"expected a mapping, such as {{'a': Strength(pressure=2e5)}}, not {short_repr(strengths)}")
-    for name, strength in strengths.items():
-        if not isinstance(strength, Strength):
-            raise TypeError(f"the strength of '{name}' is {short_repr(strength)}; write Strength(pressure=2e5)")
-        for each in fields(strength):
-            number = getattr(strength, each.name)
-            what = f"the {each.name} that '{name}' bears is"
-            admit_number(what, number, "write a positive number")
-            if not number > 0.0:
-                raise ValueError(f"{what} {short_repr(number)}; write a positive number")
