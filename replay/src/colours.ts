@@ -4,8 +4,8 @@ import { colourOf } from "./page";
 import { type Run, State } from "./run";
 import { WORDS } from "./wording";
 
-export type Mode = "state" | "level" | "room" | "load" | "stage" | "material" | "joints";
-export const MODES: Mode[] = ["state", "level", "room", "load", "stage", "material", "joints"];
+export type Mode = "state" | "level" | "room" | "load" | "stage" | "material" | "joints" | "strength";
+export const MODES: Mode[] = ["state", "level", "room", "load", "stage", "material", "joints", "strength"];
 
 const STATES: [State, string, string][] = [
   [State.Proven, WORDS[State.Proven], "--wood"],
@@ -44,6 +44,7 @@ export class Colours {
   private readonly room: number; // [mm] of one step of the ramp
   private readonly carried: number; // [N] likewise
   private readonly used = new Map<number, number>(); // the largest share of strength of the joints of each brick; GIVES_WAY if one yields
+  private readonly crushed = new Map<number, number>(); // the share of its strength that each brick uses against crushing
   private readonly loads = new Map<object, Map<number, number>>(); // of each proof, by brick [N]
 
   constructor(private readonly run: Run) {
@@ -59,6 +60,7 @@ export class Colours {
     limit?.used.forEach((used, joint) => {
       for (const body of [limit.lower[joint], limit.upper[joint]]) if (typeof body === "number") this.used.set(body, Math.max(this.used.get(body) ?? 0, limit.yields[joint] ? GIVES_WAY : used));
     });
+    run.told.strength?.bricks.forEach((brick, place) => this.crushed.set(brick, run.told.strength!.used[place]));
     for (const found of run.proofs) this.loads.set(found.proof, loadsOf(found));
     this.carried = niceAbove([...this.loads.values()].reduce((most, loads) => [...loads.values()].reduce((so_far, one) => Math.max(so_far, one), most), 0) / SHARE.length);
   }
@@ -68,6 +70,7 @@ export class Colours {
     if (mode === "level" && this.levels.length < 2) return this.levels.length ? "all bricks are of one level" : "no brick has a level";
     if (mode === "material" && this.kinds.length < 2) return "all bricks have one size and one density";
     if (mode === "joints" && !this.run.told.limit) return "the run has no joints with a load factor";
+    if (mode === "strength" && !this.run.told.strength) return "no brick has a strength, or there are too many bricks";
     if (!OF_PROOFS.has(mode)) return "";
     const found = this.run.proofAt(time);
     if (!found) return this.run.proofs.length ? "no proof holds at this time" : "no structure of this run is proven to stand";
@@ -123,6 +126,11 @@ export class Colours {
       case "joints": {
         const used = this.used.get(brick);
         return used === undefined ? ["no joint", unknown[1], 1e9] : usedStep(used);
+      }
+      case "strength": {
+        const used = this.crushed.get(brick);
+        if (used === undefined) return ["no strength", unknown[1], 1e9];
+        return this.run.told.strength!.crushes === brick ? ["crushes", token("--left"), USED.length] : usedStep(Math.min(used, 1));
       }
       case "stage":
         if (!found || place === undefined) return unknown;

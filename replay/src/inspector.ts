@@ -70,6 +70,12 @@ export class Inspector {
     if (weakest === name && time >= since && time <= until) left.push(`It gives way first: ${run.told.weakest!.text.replace(/^weakest: /, "")}.`);
     if (left.length) parts.push(section("Room left", part("p", { text: left.join(" ") })));
     if (run.told.limit) parts.push(...this.joints(run, run.told.limit, brick));
+    const strength = run.told.strength;
+    const used = strength?.used[strength.bricks.indexOf(brick)];
+    if (strength && used !== undefined) {
+      const text = strength.crushes === brick ? `It crushes: it needs ${threeDigits(100 * used)} % of its strength.` : `It uses ${threeDigits(100 * used)} % of its strength, in forces that need as little of all strengths as possible.`;
+      parts.push(section("Strength", part("p", { text })));
+    }
     const differs = marks?.get(name);
     if (differs) parts.push(section("Differs from the golden file", ...differs.map((text) => part("p", { text }))));
     return parts;

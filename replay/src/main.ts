@@ -187,6 +187,7 @@ function build(player: Player): Heard {
     flat.setAttribute("aria-pressed", String(viewer.orthographic));
     colour.value = player.mode;
     colour.options[MODES.indexOf("joints")].hidden = run.told.limit === null;
+    colour.options[MODES.indexOf("strength")].hidden = !run.told.strength;
     view.value = viewer.from;
     speed.value = String(player.speed);
     const faster = player.playing ? timeline.fasterAt(player.time) : 1;
@@ -344,7 +345,7 @@ function tellLegend(player: Player, legend: HTMLElement, marks: Map<string, stri
   renew(legend, key, () => {
     const lines = stages.map((stage, place) => {
       const entries = stage.colours.legend(player.seen, player.time);
-      const name = stages.length > 1 ? [part("b", { text: shortNames(stages.map((stage) => stage.run))[place] })] : [part("b", { class: "label", text: player.seen === "joints" ? `joints at ${stage.run.told.limit!.factor} times the weight` : `${player.seen}, at ${seconds(player.time)}` })];
+      const name = stages.length > 1 ? [part("b", { text: shortNames(stages.map((stage) => stage.run))[place] })] : [part("b", { class: "label", text: player.seen === "joints" ? `joints at ${stage.run.told.limit!.factor} times the weight` : player.seen === "strength" ? "strength, in the last structure" : `${player.seen}, at ${seconds(player.time)}` })];
       return part("div", {}, ...name, ...entries.map(({ text, colour, count, hollow }) => part("span", { class: "entry" }, swatch(`#${colour.getHexString()}`, hollow), text, ...(count === undefined ? [] : [part("b", { class: "number", text: String(count) })]))));
     });
     if (stages.length > 1) {

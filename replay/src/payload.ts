@@ -112,5 +112,6 @@ export interface Payload {
   room: { brick: number; depth: number } | null; // the brick of what stands whose centre has least room [mm]
   weakest: { brick: string; text: string; bearing_deg: number } | null; // what gives way first, pulled sideways; a live page hears of it later
   limit: Limit | null; // of bricks with joints; a live page does without
+  strength: { bricks: number[]; used: number[]; crushes: number | null } | null; // share of their strength that bricks use in the last structure; a live page does without
   marks: Record<string, string[]> | null; // of a golden file: what differs from its run, by brick or what else it is of
 }

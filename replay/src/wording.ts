@@ -123,6 +123,8 @@ export function eventText(run: Run, event: Told): string {
       return `${who} ${one ? "stands" : "stand"}${event.reason ? ", proven" : ", judged stable"}`;
     case "opened": // such as `joint of L1.1 and L2.1`
       return `${event.reason} ${event.reason.startsWith("joints") ? "open" : "opens"}`;
+    case "crushed":
+      return `${who} crushes: ${event.reason}`;
     case "collapsed":
       return `${event.reason.split(";")[0]}${failedToStand(run) ? ": the claim fails" : ""}`;
     default:

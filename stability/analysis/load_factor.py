@@ -219,7 +219,7 @@ def borne_until(assembly: Assembly, course: LoadCourse, now: float) -> float:
     return now if found is None else now + min(1.0, found.too_large) * (course.ends - now)
 
 
-def used_strength(problem: Problem, forces: Forces) -> dict[tuple[BodyId, BodyId], float]:
+def used_of_joints(problem: Problem, forces: Forces) -> dict[tuple[BodyId, BodyId], float]:
     """Return the share of its strength that each joint uses, by lower and upper body.
 
     It is the least factor on the strength of the joint with which it bears its part of the forces.

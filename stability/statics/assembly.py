@@ -770,7 +770,6 @@ class Assembly(AssemblyAnswers):
         if not used.crushes:
             above = structure.with_all_above(strengths)
             return Verdict(Stability.UNDECIDED, Stage.CONES, STRENGTH_IN_DOUBT, tuple(sorted(above)))
-        used = used_strength(problem, strengths, structure.tolerances)
         crushing = Crushing(used.brick, used.least)
         above = structure.with_all_above([used.brick])
         return Verdict(Stability.UNSTABLE, Stage.CONES, crushing.text, tuple(sorted(above)), crushing=crushing)

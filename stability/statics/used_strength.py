@@ -34,6 +34,7 @@ ACCURACIES = (1e-10, 1e-8)  # requested of the solver, tried in turn; its points
 MOST_ROUNDS = 30  # of cutting triangles
 MOST_LINES = 8  # borders of the crushed area, of the last motions, along which the triangles are cut
 CLOSE = 1e-7  # share: bounds of the used strength that are as near to each other are not refined
+TOLD = 1e-4  # share by which they may differ where something crushes, and only that is asked
 EXACT = 1e-6  # a strength that is used up to this share more counts as not exceeded
 ALIKE = 1e-4  # share of the power of crushing by which bricks that give way alike may differ
 THIN = 1e-9  # share of an edge: a cut nearer to a corner changes nothing
@@ -52,6 +53,10 @@ class UsedStrength:
     motion: Motion | None
     brick: BodyId = ""  # that takes most of the power of this motion
     shares: Mapping[BodyId, float] = field(default_factory=dict)  # of its strength, by brick, that these forces use
+
+    def within(self, share: float) -> bool:
+        """Return whether both bounds differ by a share at most."""
+        return self.enough < inf and self.enough - self.least <= share * self.enough
 
     @property
     def bears(self) -> bool:
@@ -120,9 +125,9 @@ def used_strength(
 ) -> UsedStrength:
     """Return the share of their strength that the bricks of a problem use, which stands if nothing crushes.
 
-    Both bounds differ by a share of 1e-6 or less, where the solver's accuracy suffices; with `decide` only as far as
-    needed to tell whether something crushes. Raises OtherLawError for bricks with
-    joints or round contacts.
+    Both bounds differ by a share of 1e-6 or less, where the solver's accuracy suffices; with `decide` only by as much
+    as needed to tell whether something crushes, and by how much. Raises OtherLawError for bricks with joints or round
+    contacts.
     """
     admit_problem(problem)
     admit_strengths(strengths)
@@ -143,8 +148,8 @@ def used_strength(
     whole, lines = cells, list[_Crushing]()
     for _ in range(MOST_ROUNDS):
         best, last = search.improved(best, cells)
-        proven = decide and (best.bears or best.crushes)
-        if proven or last is None or (best.enough < inf and best.enough - best.least <= CLOSE * best.enough):
+        told = decide and (best.bears or (best.crushes and best.within(TOLD)))
+        if told or last is None or best.within(CLOSE):
             break
         lines = [*lines[1 - MOST_LINES :], last]
         cells = whole
@@ -209,7 +214,13 @@ class _Search:
         point = solve(_program(system, groups, most / unit, unit), accuracy, clarabel_solve)
         if isinstance(point, str) or not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
             return UsedStrength(0.0, inf, None), None
-        forces = proven_forces(at_centres, system, point.dual[1 : 1 + len(system.rows)], self.tolerances)
+        rows = point.dual[1 : 1 + len(system.rows)]
+        # A solver is as accurate as the largest forces need, which is too little for those of thin triangles.
+        nearly = _sums(at_centres, groups, system.forces(system.project(rows)), len(most))[: len(cells)]
+        most_nearly = float(system.loads @ point.x[: len(system.loads)]) * most[: len(cells)]
+        places = _normal_rows_of(system)[groups[0][: len(cells)]]
+        rows[places] *= np.where(nearly > most_nearly, most_nearly / np.maximum(nearly, most_nearly), 1.0)
+        forces = proven_forces(at_centres, system, rows, self.tolerances)
         used = np.full(len(most), inf) if forces is None else _sums(at_centres, groups, forces, len(most)) / most
         enough, shares = float(used.max(initial=0.0)), dict[BodyId, float]()
         for name, part in zip([*(cell.brick for cell in cells), *self.stacks], used.tolist(), strict=True):
@@ -310,16 +321,21 @@ def _program(system: WrenchMatrix, groups: tuple[Indices, Indices], most: Array,
     from scipy.sparse import bmat, csr_matrix, identity  # noqa: PLC0415 -- slow to import, seldom needed
 
     rows, count = system.rows, len(most)
-    order = np.append(system.round, system.flat)
-    row_of = np.empty(len(order), dtype=np.int64)
-    row_of[order] = rows.normals
-    places = row_of[groups[0]]
+    places = _normal_rows_of(system)[groups[0]]
     crush = csr_matrix((system.row_scale[places] / unit, (places, groups[1])), shape=(len(rows), count))
     one = csr_matrix(most[None, :])
     matrix = bmat([[None, one], [-system.matrix, -crush], [None, -identity(count)]], format="csc")
     offset = np.concatenate([[1.0], np.zeros(len(rows) + count)])
     cost = np.append(-system.loads, np.zeros(count))
     return rows.program(cost, matrix, offset, equal=1, positive=count)
+
+
+def _normal_rows_of(system: WrenchMatrix) -> Indices:
+    """Return the row of each normal force."""
+    order = np.append(system.round, system.flat)
+    row_of = np.empty(len(order), dtype=np.int64)
+    row_of[order] = system.rows.normals
+    return row_of
 
 
 def _sums(problem: Problem, groups: tuple[Indices, Indices], forces: Forces, count: int) -> Array:

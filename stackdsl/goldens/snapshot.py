@@ -337,7 +337,7 @@ def _first_collapse(trace: Trace, modelled: bool) -> FirstCollapse | None:
     if not modelled:
         return FirstCollapse(collapse.level, time_s=None, gave_way=None)
     # Of several mechanisms, such as the two sides of a symmetric structure, a program finds any one.
-    any_way = statics is not None and statics.stage is not Stage.TIPPING
+    any_way = statics is not None and statics.stage is not Stage.TIPPING and collapse.crushing is None
     return FirstCollapse(
         collapse.level, _rounded(collapse.time, COLLAPSE_TIME), UNCLEAR if any_way else collapse.gave_way
     )

@@ -156,9 +156,10 @@ def play(
 
 
 def _require_played(timeline: Timeline, system: System) -> None:
-    """Raise BlockedPlacementError if the system does not play the joints or loads of a timeline."""
+    """Raise BlockedPlacementError if the system does not play the joints, loads or strengths of a timeline."""
     plays = system.method is Method.PROVEN and system.engine.records_steps and system.modification == AS_WRITTEN
     what = "joints" if timeline.world.has_joints else "loads" if timeline.has_loads else ""
+    what = what or ("strengths" if timeline.world.strengths else "")
     if what and not plays:
         first = timeline.placements[0]
         unplayed = f"the system '{system.name}' plays no {what}"

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
 
-from stability.analysis.load_factor import borne_until, load_factor, used_strength
+from stability.analysis.load_factor import borne_until, load_factor, used_of_joints
 from stability.analysis.weakest import Weakest
 from stability.dynamics.onset import as_it_begins
 from stability.geometry.vectors import add, rotate
@@ -13,6 +13,7 @@ from stability.model import BodyId, Vec3
 from stability.problem import ZERO, Motion, Placed, Stability, Verdict
 from stability.statics.assembly import Assembly
 from stability.statics.fall_description import really_moving
+from stability.statics.used_strength import used_strength
 from stackdsl.checking.cases import Case
 from stackdsl.compiler.compile import places_of
 from stackdsl.diagnostics import Span
@@ -310,10 +311,24 @@ class RunView:
         yielding = {(joint.lower, joint.upper) for joint in found.joints}
         joints = tuple(
             ShownJoint(*pair, 1.0 if pair in yielding else min(share, 1.0), pair in yielding, patches[pair])
-            for pair, share in used_strength(problem, found.forces).items()
+            for pair, share in used_of_joints(problem, found.forces).items()
         )
         moving = tuple(really_moving(problem, found.motion))
         return ShownLimit(found.factor, gives_way_text(problem, found), moving, joints)
+
+    @cached_property
+    def used_strength(self) -> Mapping[BodyId, float]:
+        """Return by brick the share of its strength that it uses; empty for more than `MOST_FOR_PROGRAMS` bricks.
+
+        The forces are one set of those that need the least share of all strengths.
+        """
+        strengths = self.timeline.world.strengths
+        if not strengths or sum(not placement.hits for placement in self.timeline.placements) > MOST_FOR_PROGRAMS:
+            return {}
+        assembly = proofs_of(self.timeline).assembly
+        present = {name: strength for name, strength in strengths.items() if name in assembly.bricks}
+        used = used_strength(assembly.problem(), present)
+        return {name: used.shares.get(name, 0.0) for name in present} if used.enough < inf else {}
 
     def weakest(self) -> Weakest | None:
         """Return the mechanism that opens first; None if a brick falls or needs an engine.

@@ -147,7 +147,9 @@ def _with_margin_of_proof(result: ClaimResult, trace: Trace) -> ClaimResult:
     margins = trace.margins
     if margins.used_strength is not None:
         measured = f"{result.measured}, with {100.0 * margins.used_strength:.4g} % of their strength"
-        return replace(result, measured=measured, margin=1.0 - margins.used_strength, unit="of strength", moved="")
+        return replace(
+            result, measured=measured, margin=round(1.0 - margins.used_strength, 9), unit="of strength", moved=""
+        )
     if margins.load_factor is not None and margins.load_factor < inf:
         what = "loads" if margins.loaded else "weight"
         measured = f"{result.measured}, also under {margins.load_factor:.4g} times their {what}"

@@ -136,6 +136,7 @@ def payload_of(run: RunView, hurried: bool = False) -> Json:
         "room": _room(run, numbers),
         "weakest": None if hurried else weakest_told(run.weakest()),
         "limit": None if hurried else _limit(run, numbers),
+        "strength": None if hurried else _strength(run, numbers),
         "marks": run.marks,
     }
 
@@ -256,6 +257,20 @@ def _limit(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
         "yields": [int(joint.yields) for joint in found.joints],
         "points": [[[round(part, 6) for part in point] for point in joint.points_W] for joint in found.joints],
     }
+
+
+def _strength(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
+    used = {name: share for name, share in run.used_strength.items() if name in numbers}
+    crushing = run.trace.crushing
+    return (
+        {
+            "bricks": [numbers[name] for name in used],
+            "used": [float(f"{share:.6g}") for share in used.values()],
+            "crushes": None if crushing is None else numbers.get(crushing.brick),
+        }
+        if used
+        else None
+    )
 
 
 def weakest_told(weakest: Weakest | None) -> Json | None:

@@ -114,3 +114,20 @@ def test_a_page_of_joined_bricks_tells_the_load_factor_and_how_much_of_its_stren
     assert 4.0 / 9.0 <= joints[frozenset({0, 1})] < 1.0
     assert 1.0 / 9.0 <= joints[frozenset({1, 2})] < joints[frozenset({0, 1})]
     assert payload_of(views_of(SLANT_TOWER)[0])["limit"] is None
+
+
+def test_a_page_tells_the_share_of_its_strength_that_each_brick_uses() -> None:
+    stack = """
+        scenario: stack
+        brick: {{size: [400 mm, 300 mm, 250 mm], mass: 12 kg, strength: {{stack: 30 kg}}}}
+        build: [{{column: {{levels: {levels}}}}}]
+        expect: [{{stands: all}}]
+    """
+    strength = payload_of(views_of(stack.format(levels=3))[0])["strength"]
+    assert strength["bricks"] == [0, 1, 2]
+    assert strength["used"] == pytest.approx([24 / 30, 12 / 30, 0.0], abs=1e-5)
+    assert strength["crushes"] is None
+    crushed = payload_of(views_of(stack.format(levels=4))[0])["strength"]
+    assert crushed["crushes"] == 0
+    assert crushed["used"][0] == pytest.approx(36 / 30, rel=1e-5)
+    assert payload_of(views_of(SLANT_TOWER)[0])["strength"] is None
