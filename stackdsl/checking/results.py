@@ -106,6 +106,10 @@ def _obstacle(case: Case, blocked: Blocked) -> Diagnostic:
         span, hint = where_placed(blocked.brick, case.scenario, case.source), "claim `verdict`, which statics decides"
         return Diagnostic("SD212", span, blocked.unplayed, hint)
     if blocked.unplayed:
+        if not case.timeline.world.has_joints and not case.timeline.has_loads:
+            first = next(iter(case.timeline.world.strengths))
+            span = where_placed(first, case.scenario, case.source)
+            return Diagnostic("SD213", span, blocked.unplayed, "run it on `exact`, or remove `strength`")
         key = "joints" if case.timeline.world.has_joints else "loads"
         span = case.source.key_span_of((key,))
         return Diagnostic("SD211", span, blocked.unplayed, f"run it on `exact`, or remove `{key}`")
