@@ -49,6 +49,8 @@ class Joint(ABC):
         """Return whether it sheds its force when it yields."""
         return False
 
+    ductile: float  # [m] by which its bodies may move apart while it keeps its bound; 0: it opens as soon as it yields
+
     @abstractmethod
     def points(self, contact: Contact, bodies: Sequence[Placed]) -> Mapping[ContactLaw, Sequence[Vec3]]:
         """Return the points of the joint at a contact with a single normal, by their law.
@@ -73,6 +75,7 @@ class Bond(Joint):
     cohesion: float  # [Pa] of shear without pressure
     shear: float = inf  # [Pa] at any pressure
     brittle: bool = False  # whether it sheds its force when it yields
+    ductile: float = field(default=0.0, kw_only=True)
 
     @property
     def sheds(self) -> bool:
@@ -110,6 +113,7 @@ class Pull(Joint):
     """Magnets, tape or Velcro: each corner of the contact is pressed by a force, against which it opens."""
 
     force: float  # [N]
+    ductile: float = field(default=0.0, kw_only=True)
 
     def points(self, contact: Contact, bodies: Sequence[Placed]) -> Mapping[ContactLaw, Sequence[Vec3]]:
         """Return the points of the contact, with friction as if the force pressed them."""
@@ -130,6 +134,7 @@ class Studs(Joint):
     shear: float  # [N] of one stud, in any direction
     narrow_pull: float | None = None  # [N] of one stud under a brick that is one stud wide; None if it is `pull`
     smooth: frozenset[BodyId] = field(default=frozenset(), kw_only=True)  # boxes without studs on their upper faces
+    ductile: float = field(default=0.0, kw_only=True)
 
     def points(self, contact: Contact, bodies: Sequence[Placed]) -> Mapping[ContactLaw, Sequence[Vec3]]:
         """Return four points of each stud, a quarter of the pitch beside its centre, which share its strength.

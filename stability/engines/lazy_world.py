@@ -16,6 +16,7 @@ from stability.engines.protocol import (
     MeanLoads,
     OpensWorlds,
     PrescribedMotion,
+    Link,
     RecordsSteps,
     World,
     WrongFriction,
@@ -433,6 +434,12 @@ class RestingWorld(World):
 
     def undo_step(self) -> None:
         self._recording().undo_step()
+
+    def link(self, links: Sequence[Link]) -> None:
+        if links or self.engine.world is not None:
+            planes = self._stored.own.planes
+            bricks = {name for link in links for name in (link.lower, link.upper) if name not in planes}
+            cast("RecordsSteps", self.engine.ready(sorted(bricks))).link(links)
 
     def _recording(self) -> RecordsSteps:
         """Return the open engine, which records its steps."""

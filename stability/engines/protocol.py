@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from math import ceil
 from typing import ClassVar, Final, Protocol, Self, TypeAlias, TypeVar
 
-from stability.contact_law import GivenFriction
+from stability.contact_law import GivenFriction, MohrCoulomb
 from stability.dynamics.rigid_body import AppliedForce
 from stability.engines.scene_scale import SceneScale, power_of_two
 from stability.geometry.vectors import add_scaled, dot
@@ -239,8 +239,20 @@ class WeldingEngine(Protocol):
 MeanLoads: TypeAlias = Mapping[BodyId, tuple[float, ...]]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Link:
+    """Point at which a joint that yields holds two bodies together, by forces within its law."""
+
+    lower: BodyId  # a brick or a plane
+    upper: BodyId  # a brick, on the side that the normal points to
+    at_lower: Vec3  # in axes of the body [m]
+    at_upper: Vec3
+    normal: Vec3  # in axes of the lower body
+    law: MohrCoulomb
+
+
 class RecordsSteps(Protocol):
-    """Engine that can take back a step, to repeat it after joints have opened that do not bear its loads."""
+    """Engine that can take back a step, to repeat it after joints have yielded that do not bear its loads."""
 
     def record_steps(self) -> None:
         """Record each step from now on."""
@@ -253,6 +265,12 @@ class RecordsSteps(Protocol):
 
     def undo_step(self) -> None:
         """Return to the state before the last step; nothing may have changed since."""
+
+    def link(self, links: Sequence[Link]) -> None:
+        """Hold bodies together at these points from the next step on, and at no others.
+
+        Each mean force in a step is within the law of its link. It pulls, but pushes only by friction.
+        """
 
 
 class AcceptsForces(Protocol):

@@ -128,6 +128,10 @@ class Stabilizer(Protocol):
         """Return whether loads act on bricks in motion."""
         return False
 
+    def needs_engine(self) -> bool:
+        """Return whether forces act on bricks in motion that motions without an engine do not cover."""
+        return False
+
     def shaken(self, motion: GroundMotion) -> None:
         """Set the motion of the ground."""
         return

@@ -399,7 +399,7 @@ class Island:
     def pass_on(self, most: int) -> None:
         """Advance by one time step of the engine, or by at most `most` steps of a motion without one."""
         acceleration_W = self.ground.acceleration_W()
-        driven = acceleration_W is not None or self.hands.busy or self.stabilizer.moves_under_loads()
+        driven = acceleration_W is not None or self.hands.busy or self.stabilizer.needs_engine()
         passed = self.falling.advance(most, driven=driven)
         self.ticks += passed or 1
         self.known += passed

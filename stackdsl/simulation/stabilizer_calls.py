@@ -206,6 +206,10 @@ class StabilizerDriver:
         """Return whether loads act on bricks in motion."""
         return self.extension is not None and self.extension.moves_under_loads()
 
+    def needs_engine(self) -> bool:
+        """Return whether forces act on bricks in motion that motions without an engine do not cover."""
+        return self.extension is not None and self.extension.needs_engine()
+
     def struck(self, brick: BodyId, impulse_W: Vec3, offset_W: Vec3) -> bool:
         """Announce an impulse on a brick [N s] at an offset from its centre [m]; return whether it is free to move."""
         if self.extension is None:

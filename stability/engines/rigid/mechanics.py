@@ -89,6 +89,12 @@ SOFTNESS = 50  # share of the impulse that an overlap takes up
 AT = 51  # the point on the second body at the start of the last sub-step, W [m]
 WIDTH = 54
 
+# Columns of links, after those of points: two bodies hold together at a point by a bounded force. The impulse along the
+# normal is negative where it pulls.
+TENSION, COHESION, SHEAR = 54, 55, 56  # [N]
+PULLED, DRAGGED = 57, 58  # impulses along the normal and the tangents in earlier sub-steps of this time step [N s]
+LINK_WIDTH = 59
+
 
 class Pairs(NamedTuple):
     """Pairs of solids whose bounding boxes overlap, sorted."""
@@ -100,6 +106,11 @@ class Pairs(NamedTuple):
 def no_points(most: int) -> Points:
     """Return room for contact points."""
     return Points(np.zeros((most, 4), np.int64), np.zeros((most, WIDTH)))
+
+
+def no_links(count: int = 0) -> Points:
+    """Return room for links."""
+    return Points(np.zeros((count, 4), np.int64), np.zeros((count, LINK_WIDTH)))
 
 
 def no_pairs() -> Pairs:
@@ -1000,7 +1011,8 @@ def advance(
     points: Points,
     count: int,
     ends: int,
-    timing: tuple[float, int],
+    links: Points,
+    timing: tuple[float, int, float],
     falling: tuple[int, float],
     struck: tuple[int, float],
     was_struck: bool,
@@ -1015,9 +1027,10 @@ def advance(
     by at most an accuracy [m/s]. A hit changes one by more than `hit` [m/s]. The points keep the impulses of the last
     sub-step. `recovery` is the speed at which overlaps are removed [m/s], `depth` the
     overlap of a body at rest at a soft point [m]. From point `count` to the end each point
-    bears a given force.
+    bears a given force. `timing` is the duration, the number of sub-steps, and the time since the mean forces of links
+    are bounded [s].
     """
-    duration, parts = timing
+    duration, parts, since = timing
     h, moving, row = duration / parts, len(bodies) - 1, points.row
     index = points.ids
     stopped, moved, before = np.zeros(moving + 1, np.int64), np.full(moving + 1, -1), np.empty((moving, 6))
@@ -1037,7 +1050,11 @@ def advance(
                     for k in range(3):
                         bodies[i, MOTION + k], bodies[i, SPIN + k] = bodies[i, GUIDE + 1 + k], 0.0
         _follow_guides(bodies)
-        if ends > 0:
+        tied, passed = len(links.ids), since + (part + 1) * h
+        if tied > 0:
+            _prepare(bodies, links.ids, links.row, tied)
+            _tie_again(bodies, links, passed)
+        if ends > 0 or tied > 0:
             _prepare(bodies, index, row, ends)
             for c in range(count, ends):
                 row[c, GAP], row[c, MASS], row[c, PRESSES] = 1.0, UNCHANGED, h * row[c, OFFSET]
@@ -1053,9 +1070,11 @@ def advance(
                     _push(bodies, index[c, ON_BODY], index[c, ON_OTHER], row, c, pressing, along, across)
             _follow_guides(bodies)
             most, accuracy = struck if was_struck else falling
-            k, change, hits, left = 0, np.inf, False, SWEPT
-            while change > accuracy and k < most and (k < FEWEST or left > 0 or hits):
+            k, change, hits, left, tying = 0, np.inf, False, SWEPT, 0.0
+            while max(change, tying) > accuracy and k < most and (k < FEWEST or left > 0 or hits):
                 change, solved = _sweep(bodies, index, row, ends, h, recovery, (k + part) % 2 == 1, k, accuracy, moved)
+                if tied > 0:
+                    tying = _tie(bodies, links, passed, k, accuracy, moved)
                 _follow_guides(bodies)
                 k, left = k + 1, left - solved
                 if change > hit and not hits:
@@ -1076,10 +1095,81 @@ def advance(
                 bodies[i, POSITION + k] += h * before[i, k]
             _turn(bodies, i, before, h)
             place_axes(bodies, i)
-        if ends > 0:
+        if ends > 0 or tied > 0:
             _sweep(bodies, index, row, ends, h, 0.0, part % 2 == 0, 0, 0.0, moved)
             _follow_guides(bodies)
+        for c in range(tied):
+            links.row[c, PULLED] -= links.row[c, PRESSES]
+            links.row[c, DRAGGED] += sqrt(links.row[c, RUBS] ** 2 + links.row[c, RUBS_ACROSS] ** 2)
     return was_struck
+
+
+# Links: a joint that yields holds two bodies together by a bounded force. Its points pull, as contact points push; along
+# the tangents they bear the cohesion, less the friction that their pull takes away. The bounds are those of the mean
+# force since a time step began, as those of the loads of which joints decide whether they yield. So a hit in the last
+# sub-step of a time step is passed on like one in the first.
+
+
+@compiled
+def _tie_again(bodies: Array, links: Points, passed: float) -> None:
+    """Apply the impulses of the last sub-step at all links, as far as their bounds admit."""
+    for c in range(len(links.ids)):
+        row = links.row
+        pulls = max(row[c, PRESSES], _least_pull(row, c, passed))
+        along, across, most = row[c, RUBS], row[c, RUBS_ACROSS], _most_drag(row, c, passed, pulls)
+        size = sqrt(along * along + across * across)
+        if size > most:
+            along, across = most / size * along, most / size * across
+        row[c, PRESSES], row[c, RUBS], row[c, RUBS_ACROSS] = pulls, along, across
+        _push(bodies, links.ids[c, ON_BODY], links.ids[c, ON_OTHER], row, c, pulls, along, across)
+
+
+@compiled
+def _least_pull(row: Array, c: int, passed: float) -> float:
+    """Return the bound of the impulse along the normal in this sub-step, at most 0 [N s]."""
+    tension: float = row[c, TENSION]
+    if row[c, FRICTION] * tension > row[c, COHESION]:
+        tension = row[c, COHESION] / row[c, FRICTION]
+    return min(0.0, row[c, PULLED] - passed * tension)
+
+
+@compiled
+def _most_drag(row: Array, c: int, passed: float, pulls: float) -> float:
+    """Return the bound of the impulse along the tangents in this sub-step, for an impulse along the normal [N s]."""
+    most: float = passed * row[c, COHESION] + row[c, FRICTION] * (pulls - row[c, PULLED])
+    return max(0.0, min(most, passed * row[c, SHEAR]) - row[c, DRAGGED])
+
+
+@compiled
+def _tie(bodies: Array, links: Points, passed: float, number: int, accuracy: float, moved: Ints) -> float:
+    """Solve the laws of one link after the other; return the largest change of a speed [m/s]."""
+    row, change = links.row, 0.0
+    for c in range(len(links.ids)):
+        i, j = links.ids[c, ON_BODY], links.ids[c, ON_OTHER]
+        x, y, z, a, b, d = row[c, 25], row[c, 26], row[c, 27], row[c, 22], row[c, 23], row[c, 24]
+        v, w = bodies[i, MOTION:AXES], bodies[j, MOTION:AXES]
+        p = (w[0] - v[0]) + ((w[4] * z - w[5] * y) - (v[4] * d - v[5] * b))
+        q = (w[1] - v[1]) + ((w[5] * x - w[3] * z) - (v[5] * a - v[3] * d))
+        r = (w[2] - v[2]) + ((w[3] * y - w[4] * x) - (v[3] * b - v[4] * a))
+        before = row[c, PRESSES]
+        opening = (p * row[c, 0] + q * row[c, 1]) + r * row[c, 2]
+        pulls = min(0.0, max(before - row[c, MASS] * opening, _least_pull(row, c, passed)))
+        more, rubs, rubs_across = pulls - before, row[c, RUBS], row[c, RUBS_ACROSS]
+        along = rubs - row[c, MASS_ACROSS] * ((p * row[c, 3] + q * row[c, 4]) + (r * row[c, 5] + more * row[c, DRAGS]))
+        across = rubs_across - row[c, MASS_ACROSS] * (
+            (p * row[c, 6] + q * row[c, 7]) + (r * row[c, 8] + more * row[c, DRAGS_ACROSS])
+        )
+        size, most = sqrt(along * along + across * across), _most_drag(row, c, passed, pulls)
+        if size > most:
+            along, across = most / size * along, most / size * across
+        row[c, PRESSES], row[c, RUBS], row[c, RUBS_ACROSS] = pulls, along, across
+        _push(bodies, i, j, row, c, more, along - rubs, across - rubs_across)
+        largest = max(abs(more), abs(along - rubs), abs(across - rubs_across))
+        change = max(change, abs(more) / row[c, MASS], max(abs(along - rubs), abs(across - rubs_across)) / row[c, MASS_ACROSS])
+        if largest > SMALL * accuracy * row[c, MASS]:
+            moved[i] = number if bodies[i, INVERSE_MASS] > 0.0 else -1
+            moved[j] = number if bodies[j, INVERSE_MASS] > 0.0 else -1
+    return change
 
 
 @compiled

@@ -13,28 +13,36 @@ from stability.dynamics.rigid_body import AppliedForce, pushed
 from stability.dynamics.rigid_group import common_motion, grouped
 from stability.engines.bodies import EngineWorld, OwnBodies
 from stability.engines.pressing import AppliedLoads
-from stability.engines.protocol import NOTHING_PRESCRIBED, MeanLoads, PrescribedMotion, StepClock
+from stability.engines.protocol import NOTHING_PRESCRIBED, Link, MeanLoads, PrescribedMotion, StepClock
 from stability.engines.rigid.bodies import BodyRows, single, solids_of
 from stability.engines.rigid.mechanics import (
     ACROSS,
     ALONG,
     AT,
     AXES,
+    COHESION,
+    DRAGGED,
     FIRST,
+    FRICTION,
     GAP,
     INVERSE_MASS,
     MOTION,
     NORMAL,
     ON_BODY,
+    ON_FIRST,
     ON_OTHER,
+    ON_SECOND,
     POSITION,
     PRESSES,
+    PULLED,
     REACH,
     RESPONSE,
     RUBS,
     RUBS_ACROSS,
     SECOND,
+    SHEAR,
     SPIN,
+    TENSION,
     TURN,
     Array,
     Ints,
@@ -47,6 +55,7 @@ from stability.engines.rigid.mechanics import (
     contacts,
     load,
     near_boxes,
+    no_links,
     no_pairs,
     no_points,
     placed_corners,
@@ -55,7 +64,7 @@ from stability.engines.rigid.preparation import tell_if_compiling
 from stability.engines.rigid.settings import RigidSettings, Solving
 from stability.geometry.box import Box
 from stability.geometry.rows import cross_rows
-from stability.geometry.vectors import add, add_scaled, norm, scale, unit
+from stability.geometry.vectors import add, add_scaled, cross, norm, rotate, scale, unit
 from stability.model import AT_REST, GROUND, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
 
 # Share of the speed of the fastest body to which a fall is solved: what is off at its start grows, later it does not.
@@ -142,7 +151,29 @@ class StepRecord:
     struck: bool
     bodies: Array
     points: Points
+    links: Array
     impulses: Array  # (solids, 6) [N s], and about the centre of each brick [N m s], W
+
+
+def _frame(normal: Vec3) -> tuple[Vec3, Vec3, Vec3]:
+    """Return a unit vector with two tangents."""
+    least = min(range(3), key=lambda axis: abs(normal[axis]))
+    along = unit(cross(normal, (float(least == 0), float(least == 1), float(least == 2))))
+    return normal, along, cross(normal, along)
+
+
+def _add_impulses(impulses: Array, ids: Ints, row: Array, centres_W: Array) -> None:
+    """Add the impulses of the last sub-step at some points on each brick; the centres are those before it."""
+    if not len(ids):
+        return
+    impulses_W = np.zeros((len(ids), 3))
+    for size, axis in ((PRESSES, NORMAL), (RUBS, ALONG), (RUBS_ACROSS, ACROSS)):
+        impulses_W += row[:, size, None] * row[:, axis : axis + 3]
+    solids, signed_W = np.concatenate((ids[:, SECOND], ids[:, FIRST])), np.concatenate((impulses_W, -impulses_W))
+    of_brick = np.flatnonzero(solids >= 0)
+    numbers, signed_W = solids[of_brick], signed_W[of_brick]
+    arms_W = row[of_brick % len(ids), AT : AT + 3] - centres_W[numbers]
+    np.add.at(impulses, numbers, np.hstack([signed_W, cross_rows(arms_W, signed_W)]))
 
 
 @dataclass
@@ -171,6 +202,8 @@ class RigidWorld(EngineWorld):
     _states: dict[BodyId, BodyState] = field(default_factory=dict, init=False)  # of bricks, as they were asked for
     _records: bool = field(default=False, init=False)  # whether each step is recorded
     _record: StepRecord | None = field(default=None, init=False)  # of the last step
+    _tied: tuple[Link, ...] = field(default=(), init=False)
+    _links: Points = field(default_factory=no_links, init=False)  # their impulses carry over from step to step
 
     @classmethod
     def opened(
@@ -197,6 +230,8 @@ class RigidWorld(EngineWorld):
         self._struck = self._struck or len(self._bodies.groups) - len(self._frozen) > MOST_HARD
         relative = RELATIVE * self.clock.fastest
         record = self._record = self._before_step() if self._records else None
+        self._tie()
+        passed = 0.0
         for _ in range(splits):
             parts = ceil((struck if self._struck else falling).parts / splits)
             self._contacts.find(self._bodies, solids, self._order, duration, near, not self._struck)
@@ -210,7 +245,8 @@ class RigidWorld(EngineWorld):
                     self._contacts.points,
                     self._contacts.count,
                     self._contacts.loaded,
-                    (duration / pieces, parts // pieces),
+                    self._links,
+                    (duration / pieces, parts // pieces, passed),
                     (falling.sweeps, max(falling.accuracy, relative)),
                     (struck.sweeps, struck.accuracy),
                     self._struck,
@@ -219,8 +255,11 @@ class RigidWorld(EngineWorld):
                     DEPTH * settings.edge_radius,
                     gravity_W,
                 )
+                passed += duration / pieces
                 if record is not None and centres_W is not None:
-                    self._add_impulses(record.impulses, centres_W)
+                    points, count = self._contacts.points, self._contacts.count
+                    _add_impulses(record.impulses, points.ids[:count], points.row[:count], centres_W)
+                    _add_impulses(record.impulses, self._links.ids, self._links.row, centres_W)
             self._part = duration / parts
             self._moved()
 
@@ -246,7 +285,39 @@ class RigidWorld(EngineWorld):
         self.clock.time, self._struck = record.time, record.struck
         self._bodies.arrays[:] = record.bodies
         self._contacts.points, self._contacts.count = record.points, len(record.points.ids)
+        self._links.row[:] = record.links
         self._moved()
+
+    def link(self, links: Sequence[Link]) -> None:
+        if tuple(links) == self._tied:
+            return
+        before = dict(zip(self._tied, self._links.row[:, PRESSES : RUBS_ACROSS + 1].copy(), strict=True))
+        self._tied, self._links = tuple(links), no_links(len(links))
+        for link, row in zip(self._tied, self._links.row, strict=True):
+            law = link.law
+            row[FRICTION], row[TENSION], row[COHESION], row[SHEAR] = law.friction, law.tension, law.cohesion, law.shear
+            row[PRESSES : RUBS_ACROSS + 1] = before.get(link, 0.0)
+
+    def _tie(self) -> None:
+        """Place the links for a step."""
+        world = len(self._bodies.groups)
+        states = self.states({name for link in self._tied for name in (link.lower, link.upper)})
+        for number, link in enumerate(self._tied):
+            row, ids = self._links.row[number], self._links.ids[number]
+            for at, column, end, solid, body in (
+                (link.at_lower, ON_FIRST, ON_BODY, FIRST, link.lower),
+                (link.at_upper, ON_SECOND, ON_OTHER, SECOND, link.upper),
+            ):
+                is_fixed = body in self.own.planes
+                ids[end], ids[solid] = (world, -1) if is_fixed else (self._bodies.row[body], self._numbers[body][0])
+                pose, own = states[body].pose, self._bodies.arrays[ids[end]]
+                at_W = at if is_fixed else add(pose.position_W, rotate(pose.orientation, at))
+                turn = np.eye(3) if is_fixed else own[AXES:INVERSE_MASS].reshape(3, 3)
+                row[column : column + 3] = (np.array(at_W) - own[POSITION:TURN]) @ turn
+            is_fixed, turn_W = link.lower in self.own.planes, states[link.lower].pose.orientation
+            for axis, column in zip(_frame(link.normal), (NORMAL, ALONG, ACROSS), strict=True):
+                row[column : column + 3] = axis if is_fixed else rotate(turn_W, axis)
+        self._links.row[:, PULLED : DRAGGED + 1] = 0.0
 
     def _before_step(self) -> StepRecord:
         """Return a record of the step that begins, whose time has passed already."""
@@ -256,6 +327,7 @@ class RigidWorld(EngineWorld):
             self._struck,
             self._bodies.arrays.copy(),
             Points(points.ids[:count].copy(), points.row[:count].copy()),
+            self._links.row.copy(),
             np.zeros((len(self._names), 6)),
         )
 
@@ -271,21 +343,6 @@ class RigidWorld(EngineWorld):
         )
         centres: Array = bodies[:, POSITION:TURN] + turned
         return centres
-
-    def _add_impulses(self, impulses: Array, centres_W: Array) -> None:
-        """Add the contact impulses of the last sub-step on each brick; the centres are those before it."""
-        count = self._contacts.count
-        if not count:
-            return
-        row, ids = self._contacts.points.row[:count], self._contacts.points.ids[:count]
-        impulses_W = np.zeros((count, 3))
-        for size, axis in ((PRESSES, NORMAL), (RUBS, ALONG), (RUBS_ACROSS, ACROSS)):
-            impulses_W += row[:, size, None] * row[:, axis : axis + 3]
-        solids, signed_W = np.concatenate((ids[:, SECOND], ids[:, FIRST])), np.concatenate((impulses_W, -impulses_W))
-        of_brick = np.flatnonzero(solids >= 0)
-        numbers, signed_W = solids[of_brick], signed_W[of_brick]
-        arms_W = row[of_brick % count, AT : AT + 3] - centres_W[numbers]
-        np.add.at(impulses, numbers, np.hstack([signed_W, cross_rows(arms_W, signed_W)]))
 
     def _guide(self, prescribed: PrescribedMotion) -> None:
         """Prescribe the motion of guided bricks; those that are guided no longer move freely."""

@@ -1,33 +1,35 @@
 """Joined bricks in motion: those that hold together move as one rigid body until a joint does not bear its loads."""
 
-from collections.abc import Collection, Container, Iterator, Sequence
+from collections.abc import Collection, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import dist
 from typing import Self
 
 import numpy as np
 
-from stability.engines.protocol import Engine, MeanLoads, WeldingEngine
+from stability.contact_law import MohrCoulomb
+from stability.engines.protocol import Engine, Link, MeanLoads, RecordsSteps, WeldingEngine
 from stability.geometry.placed_shape import inertia_about_axes
 from stability.geometry.rows import cross_rows
-from stability.geometry.vectors import add, body_axes, scale
+from stability.geometry.vectors import add, body_axes, inverse, rotate, scale, subtract
 from stability.graph import components, reached
 from stability.joints import JointRule, Joints
 from stability.model import AT_REST, BodyId, BodyState, Vec3
-from stability.problem import Motion, Placed, Problem, Wrench
+from stability.problem import Contact, Motion, Placed, Problem, Wrench
 from stability.stabilizers.protocol import BrickObserver
 from stability.statics.assembly import Assembly
 from stability.statics.borne_loads import BorneLoads
 from stability.statics.opened_joints import Pair, fastest_point, joined_pairs, opened_pairs
 from stability.statics.structure import Structure
 
-# Joints open at once, and for good.
+# Joints that yield hold their bodies together by their strength until these have moved apart, and then open for good.
 #
-# A joint has no range: as soon as its points have parted, nothing pulls any more. So all joints whose bodies move
-# against each other in the motion at which they yield open as a whole, and the contact is dry from then on.
+# All joints whose bodies move against each other in the motion at which they yield do so as a whole. A joint that is
+# not ductile opens at once: as soon as its points have parted, nothing pulls any more, and the contact is dry.
 #
 # The loads on the joints of a body in motion are those on its bricks, with their inertia (d'Alembert). They are means
 # over a time step of the engine, so a hit lasts at least as long as a step. A step that a joint does not bear is
-# repeated without this joint.
+# repeated: during this step the joint passes on its strength, also if it opens after it.
 
 
 QUIET = 1e-4  # share of the fastest brick: slower ones stay frozen
@@ -110,6 +112,42 @@ def _bodies(problem: Problem) -> Iterator[JoinedBody]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class YieldingJoint:
+    """Joint that has yielded: its links hold two bodies together until their ends are too far apart."""
+
+    links: tuple[Link, ...]
+    ductile: float  # greatest distance of the ends [m]
+
+    def parting(self, states: Mapping[BodyId, BodyState]) -> float:
+        """Return the greatest distance of the ends of a link [m]; a body without a state is fixed."""
+        return max(
+            dist(_placed(link.at_lower, states.get(link.lower)), _placed(link.at_upper, states.get(link.upper)))
+            for link in self.links
+        )
+
+
+def _placed(point: Vec3, state: BodyState | None) -> Vec3:
+    """Return a point in axes of a body in W [m]."""
+    return point if state is None else add(state.pose.position_W, rotate(state.pose.orientation, point))
+
+
+def _links(contact: Contact, bodies: Mapping[BodyId, Placed]) -> Iterator[Link]:
+    """Yield a link for each point of a contact of a joint; a body that is not among the bricks is fixed."""
+    law, lower, upper = contact.law, bodies.get(contact.lower), bodies[contact.upper]
+    if isinstance(law, MohrCoulomb):
+        (normal_W,) = contact.normals_W
+        normal = normal_W if lower is None else rotate(inverse(lower.pose.orientation), normal_W)
+        for point_W in contact.points_W:
+            yield Link(contact.lower, contact.upper, _seen_from(lower, point_W), _seen_from(upper, point_W), normal, law)
+
+
+def _seen_from(body: Placed | None, point_W: Vec3) -> Vec3:
+    if body is None:
+        return point_W
+    return rotate(inverse(body.pose.orientation), subtract(point_W, body.pose.position_W))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Overload:
     """Frozen bricks that do not bear loads, and the motion at which they yield."""
 
@@ -138,6 +176,8 @@ class JoinedBricks(BrickObserver):
     engine: Engine
     welder: WeldingEngine | None
     joints: Joints  # those that hold now
+    recorder: RecordsSteps | None = None
+    _yielding: dict[Pair, YieldingJoint] = field(default_factory=dict, init=False)  # also those that hold again
     _of: dict[BodyId, JoinedBody] = field(default_factory=dict, init=False)  # by brick
     _welded: set[BodyId] = field(default_factory=set, init=False)
     _structures: dict[BodyId, "_Structure"] = field(default_factory=dict, init=False)  # by frozen brick
@@ -150,23 +190,104 @@ class JoinedBricks(BrickObserver):
         """The bodies of several bricks."""
         return list(dict.fromkeys(self._of.values()))
 
-    def released(self, bricks: Collection[Placed], held: Collection[Pair], assembly: Assembly) -> None:
-        """Handle bricks that begin to move; of their joints only the `held` ones have not opened."""
+    def released(
+        self, bricks: Collection[Placed], held: Collection[Pair], assembly: Assembly, *, passes: bool = False
+    ) -> None:
+        """Handle bricks that begin to move; of their joints only the `held` ones have not yielded.
+
+        Those that yield to the loads of a step pass on their strength during this step.
+        """
         if not self.joints.rules or not bricks:
             return
+        names = {placed.brick.id for placed in bricks}
+        if passes or any(rule.joint is not None and rule.joint.ductile for rule in self.joints.rules):
+            problem = self._with_neighbours(bricks, assembly)
+            pairs = {pair for pair in joined_pairs(problem.contacts) - set(held) if not pair.isdisjoint(names)}
+            self._yield(problem, pairs, passes=passes)
+        self._move(bricks, held, assembly)
+
+    def arrived(self, bricks: Collection[Placed], assembly: Assembly) -> None:
+        """Handle bricks that come to rest after a flight: no joint is made with them."""
+        new = [placed for placed in bricks if placed.brick.id not in self.joints.moved]
+        if self.joints.rules and new:
+            self._move(new, (), assembly)
+
+    def _move(self, bricks: Collection[Placed], held: Collection[Pair], assembly: Assembly) -> None:
+        """Keep only the `held` joints of bricks, and make bodies of those that these hold together."""
         names = {placed.brick.id for placed in bricks}
         before = {pair for pair in self.joints.held if not pair & names}
         now = frozenset((*before, *(pair for pair in held if pair <= names)))
         self._change(assembly, replace(self.joints, moved=frozenset((*self.joints.moved, *names)), held=now))
         structure = Structure((), (), assembly.friction, assembly.gravity, assembly.tolerances, self.joints)
-        for placed in sorted(bricks, key=lambda placed: placed.pose.position_W[::-1]):
+        for placed in _by_height(bricks):
             structure.put(placed)
         group = list(structure.bricks)
         self._add(_bodies(structure.problem(group, structure.contacts_of(group))))
 
-    def arrived(self, bricks: Collection[Placed], assembly: Assembly) -> None:
-        """Handle bricks that come to rest after a flight: no joint is made with them."""
-        self.released([placed for placed in bricks if placed.brick.id not in self.joints.moved], (), assembly)
+    # --- joints that have yielded -------------------------------------------------------------------------------------
+
+    def _with_neighbours(self, bricks: Collection[Placed], assembly: Assembly) -> Problem:
+        """Return the problem of bricks that begin to move and of the frozen ones beside them."""
+        site = assembly.planes, assembly.tables, assembly.friction, assembly.gravity, assembly.tolerances
+        structure = Structure(*site, self.joints)
+        moving = {placed.brick.id for placed in bricks}
+        frozen = [each for name, each in assembly.bricks.items() if name not in moving and _is_near(each, bricks)]
+        for placed in _by_height([*bricks, *frozen]):
+            structure.put(placed)
+        group = list(structure.bricks)
+        return structure.problem(group, structure.contacts_of(group))
+
+    def _yield(self, problem: Problem, pairs: Collection[Pair], *, passes: bool) -> None:
+        """Let joints hold by their strength from now on."""
+        by_pair: dict[Pair, list[Link]] = {}
+        for contact in problem.contacts:
+            pair = frozenset((contact.lower, contact.upper))
+            joint = self.joints.of(contact.lower, contact.upper)
+            if pair in pairs and pair not in self._yielding and joint is not None and (passes or joint.ductile):
+                by_pair.setdefault(pair, []).extend(_links(contact, problem.bricks))
+        for pair, links in by_pair.items():
+            joint = self.joints.of(*pair)
+            if links and joint is not None:
+                self._yielding[pair] = YieldingJoint(tuple(links), joint.ductile)
+        self._structures.clear()
+
+    @property
+    def links(self) -> tuple[Link, ...]:
+        """The points at which joints that have yielded hold bodies together by their strength."""
+        return tuple(
+            link for pair, joint in self._yielding.items() if pair not in self.joints.held for link in joint.links
+        )
+
+    def is_ductile(self, pair: Pair) -> bool:
+        """Return whether a joint that has yielded still holds."""
+        return pair in self._yielding and self._yielding[pair].ductile > 0.0
+
+    def parted(self) -> frozenset[Pair]:
+        """Open the joints whose bodies have moved apart by more than they bear, after a step; return ductile ones."""
+        active = {pair: joint for pair, joint in self._yielding.items() if pair not in self.joints.held}
+        known = self.engine.masses()
+        states = self.engine.states(sorted({name for pair in active for name in pair if name in known}))
+        open_now = {pair: joint for pair, joint in active.items() if joint.parting(states) > joint.ductile}
+        open_now |= {pair: joint for pair, joint in active.items() if not joint.ductile}
+        for pair in open_now:
+            del self._yielding[pair]
+        if open_now:
+            self._structures.clear()
+        return frozenset(pair for pair, joint in open_now.items() if joint.ductile)
+
+    def hold_again(self, resting: Collection[BodyId], assembly: Assembly) -> None:
+        """Let the joints of bricks at rest that have yielded hold them, as far as they touch."""
+        still = {*resting, *assembly.bricks, *self.engine.fixed()}
+        again = {pair for pair in self._yielding if pair <= still and pair not in self.joints.held}
+        if again:
+            self._change(assembly, replace(self.joints, held=frozenset((*self.joints.held, *again))))
+
+    def yield_again(self, bricks: Collection[BodyId], assembly: Assembly) -> None:
+        """Let the joints of bricks that do not rest after all yield as before."""
+        names = set(bricks)
+        yielding = {pair for pair in self._yielding if pair in self.joints.held and not pair.isdisjoint(names)}
+        if yielding:
+            self._change(assembly, replace(self.joints, held=frozenset(self.joints.held) - yielding))
 
     def with_rules(self, rules: Sequence[JointRule]) -> Joints:
         """Return the joints that hold now by other rules: bricks that have moved get no new ones."""
@@ -176,13 +297,17 @@ class JoinedBricks(BrickObserver):
         """Handle other joints, which the assembly has already: those that are cut in bodies open."""
         self.joints = assembly.joints
         self._structures.clear()
+        for pair in list(self._yielding):
+            if replace(self.joints, held=(pair,)).of(*pair) is None:
+                del self._yielding[pair]
         for body in self.bodies:
             cut = {pair for pair in joined_pairs(body.problem.contacts) if self.joints.of(*pair) is None}
             if cut:
                 self.open(body, cut, assembly)
 
     def open(self, body: JoinedBody, pairs: Collection[Pair], assembly: Assembly) -> None:
-        """Open joints of a body."""
+        """Let joints of a body yield."""
+        self._yield(body.problem, pairs, passes=True)
         self._change(assembly, replace(self.joints, held=frozenset(self.joints.held) - frozenset(pairs)))
         self._drop(body)
         self._add(body.without(pairs))
@@ -225,13 +350,15 @@ class JoinedBricks(BrickObserver):
     # --- engine -------------------------------------------------------------------------------------------------------
 
     def weld(self) -> None:
-        """Weld all bodies for the next step."""
+        """Weld all bodies, and link those whose joints have yielded, for the next step."""
         if self.welder is None:
             return
         for body in self.bodies:
             if not self._welded.issuperset(body.names):
                 self.welder.weld(body.names)
                 self._welded.update(body.names)
+        if self.recorder is not None:
+            self.recorder.link(self.links)
 
     def unwelded(self) -> None:
         """Handle a motion without the engine, which moves all bricks one by one."""
@@ -276,7 +403,9 @@ class JoinedBricks(BrickObserver):
         if brick not in self._structures:
             bricks = reached([brick], lambda name: _touched(assembly, name))
             problem = assembly.problem(bricks)
-            borne = BorneLoads(problem, problem.loads) if problem.has_joints else None
+            linked = {name for link in self.links for name in (link.lower, link.upper)}
+            has_joints = problem.has_joints or not linked.isdisjoint(bricks)
+            borne = BorneLoads(problem, problem.loads) if has_joints else None
             self._structures |= dict.fromkeys(bricks, _Structure(frozenset(bricks), borne))
         return self._structures[brick]
 
@@ -296,6 +425,9 @@ class JoinedBricks(BrickObserver):
     def removed(self, bricks: Collection[BodyId]) -> None:
         """Drop removed bricks, whose bodies the engine has unwelded."""
         self._structures.clear()
+        for pair in list(self._yielding):
+            if not pair.isdisjoint(bricks):
+                del self._yielding[pair]
         for body in {self._of[brick] for brick in bricks if brick in self._of}:
             self._forget(body)
             self._add(body.without((), bricks))
@@ -304,6 +436,12 @@ class JoinedBricks(BrickObserver):
         """Take over the records of another instance."""
         self._of |= other._of
         self._welded |= other._welded
+        self._yielding |= other._yielding
+        moved, held = (frozenset((*a, *b)) for a, b in zip(self._history(), other._history(), strict=True))
+        self.joints = replace(self.joints, moved=moved, held=held)
+
+    def _history(self) -> tuple[Collection[BodyId], Collection[Pair]]:
+        return self.joints.moved, self.joints.held
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -319,6 +457,19 @@ def _add_inertia(loads: dict[BodyId, Wrench], bricks: Collection[BodyId], assemb
         own = loads.get(name, Wrench(AT_REST))
         inertia_W = scale(-assembly.bricks[name].brick.mass, ground_W)
         loads[name] = Wrench(add(own.force_W, inertia_W), own.torque_W)
+
+
+def _by_height(bricks: Collection[Placed]) -> list[Placed]:
+    return sorted(bricks, key=lambda placed: placed.pose.position_W[::-1])
+
+
+def _is_near(frozen: Placed, bricks: Collection[Placed]) -> bool:
+    """Return whether a brick may touch some others, by their bounding spheres."""
+    return any(
+        dist(frozen.pose.position_W, other.pose.position_W)
+        <= frozen.brick.shape.length + other.brick.shape.length  # more than both radii
+        for other in bricks
+    )
 
 
 def _touched(assembly: Assembly, brick: BodyId) -> list[BodyId]:

@@ -124,6 +124,7 @@ class ProvenStability(Stabilizer):
     recorder: RecordsSteps | None = None
     assembly: Assembly = field(init=False)
     _course: LoadCourse = field(default=NO_LOADS, init=False)
+    _parted: frozenset[Pair] = field(default=frozenset(), init=False)  # ductile joints that opened in the last step
     _bears_until: float = field(default=inf, init=False)  # the frozen bricks, under loads that change [s]
     _in_hands: dict[BodyId, Placed | None] = field(default_factory=dict, init=False)  # with its pose if held at rest
     _shaking: Shaking = field(init=False)
@@ -146,7 +147,7 @@ class ProvenStability(Stabilizer):
         limits_of = LimitsBySize(self.engine, self.rest)
         self._dozing = Dozing(self.engine, limits_of, self._dead_loads, self.friction, gravity, self.tolerances)
         self._awake = AwakeBricks(self.engine, limits_of, self._rigid_groups)
-        self._joined = JoinedBricks(self.engine, self.joiner, self.joints)
+        self._joined = JoinedBricks(self.engine, self.joiner, self.joints, self.recorder)
         self._disturbances = Disturbances(self.engine, limits_of, gravity, self._dead_loads.reactions, self._joined)
         guarded = (self._held,) if self.guard else ()
         self._observers = Observers(
@@ -208,7 +209,7 @@ class ProvenStability(Stabilizer):
             self._verdict = judgement.first
         woken = self._wake_released(judgement)
         reason = judgement.first.reason if woken else ""
-        return Update((), woken, judgement.lowest, reason, opened=judgement.opened)
+        return self._without_ductile(Update((), woken, judgement.lowest, reason, opened=judgement.opened))
 
     def rejoined(self, joints: Joints) -> Update:
         """Handle other joints of all bricks: bricks that cannot stand with them wake immediately."""
@@ -219,7 +220,7 @@ class ProvenStability(Stabilizer):
         self._verdict = judgement.first
         woken = self._wake_released(judgement)
         reason = judgement.first.reason if woken else ""
-        return Update((), woken, judgement.lowest, reason, opened=judgement.opened)
+        return self._without_ductile(Update((), woken, judgement.lowest, reason, opened=judgement.opened))
 
     def loaded(self, course: LoadCourse) -> Update:
         """Handle other loads on bricks: bricks that cannot stand under them wake immediately, or when they cannot."""
@@ -239,11 +240,15 @@ class ProvenStability(Stabilizer):
         self._dead_loads.woken(self._awake.names)
         self._dead_loads.exert()
         reason = f"under its loads, {judgement.first.reason}" if woken else ""
-        return Update((), woken, judgement.lowest, reason, opened=judgement.opened)
+        return self._without_ductile(Update((), woken, judgement.lowest, reason, opened=judgement.opened))
 
     def moves_under_loads(self) -> bool:
         """Return whether loads act on bricks in motion."""
         return self._dead_loads.are_applied
+
+    def needs_engine(self) -> bool:
+        """Return whether loads, or joints that have yielded, act on bricks in motion."""
+        return self._dead_loads.are_applied or bool(self._joined.links)
 
     def _borne_until(self) -> float:
         """Return the time until which all frozen bricks are proven to stand under loads that change [s]."""
@@ -275,7 +280,9 @@ class ProvenStability(Stabilizer):
         """Judge external changes, disturbances, bricks that have come to rest, and the motion of the ground."""
         if self._shaking.has_just_ended():
             self._awake.allow_judgement()  # for bricks woken by the ground alone, or refused while others moved
-        return self._wake_shaken(self._wake_loaded().then(self._update_at_rest()))
+        update = self._wake_shaken(self._wake_loaded().then(self._update_at_rest()))
+        update, self._parted = replace(update, opened=update.opened | self._parted), frozenset()
+        return self._without_ductile(update)
 
     def _update_at_rest(self) -> Update:
         """Judge as if the ground were at rest."""
@@ -318,6 +325,7 @@ class ProvenStability(Stabilizer):
     def _judge(self, resting: Sequence[Placed], announced: Container[BodyId], names_smallest: bool) -> Judgement:
         """Judge bricks with crept ones put back to their rest poses; if they do not stand, judge the actual poses."""
         self._joined.arrived([placed for placed in resting if placed.brick.id not in announced], self.assembly)
+        self._joined.hold_again([placed.brick.id for placed in resting], self.assembly)
         restored = self._awake.rest_poses.put_back(resting)
         verdict = self.assembly.add_all(restored, names_smallest=names_smallest)
         moved_back = [placed for placed, actual in zip(restored, resting, strict=True) if placed is not actual]
@@ -331,6 +339,7 @@ class ProvenStability(Stabilizer):
             more = release_until_stable(self.assembly, self.assembly.remove(split), names_smallest=names_smallest)
             held = judgement.held | more.held
             judgement = replace(judgement, last=more.last, released={**released, **more.released}, held=held)
+        self._joined.yield_again(judgement.released, self.assembly)
         for placed in moved_back:
             self.engine.freeze(placed.brick.id)
             self.engine.put_at(placed.brick.id, placed.pose)
@@ -370,6 +379,7 @@ class ProvenStability(Stabilizer):
         opening = self._joined.opening(means)
         overloads = self._joined.overloads(means, self.assembly, self._shaking.acceleration_W())
         if not opening and not overloads:
+            self._parted |= self._joined.parted()
             return None
         by = {name for name in self._awake.names if name in means}
         self.recorder.undo_step()
@@ -377,7 +387,11 @@ class ProvenStability(Stabilizer):
             self._joined.open(body, pairs, self.assembly)
         update = self._wake_overloaded(overloads, tuple(sorted(by)))
         self._joined.weld()
-        return replace(update, opened=update.opened.union(*(pairs for _, pairs in opening)))
+        return self._without_ductile(replace(update, opened=update.opened.union(*(pairs for _, pairs in opening))))
+
+    def _without_ductile(self, update: Update) -> Update:
+        """Return an update without the joints that yield, and do not open yet."""
+        return replace(update, opened=frozenset(p for p in update.opened if not self._joined.is_ductile(p)))
 
     def _wake_overloaded(
         self, overloads: Sequence[Overload], by: tuple[BodyId, ...] = (), *, returns: bool = True
@@ -392,7 +406,7 @@ class ProvenStability(Stabilizer):
             if returns:
                 self._awake.rest_poses.remember(poses, set(overload.loaded) & poses.keys())
             self._wake(sorted(poses))
-            self._release_joined(poses, judgement.held | held)
+            self._release_joined(poses, judgement.held | held, passes=True)
             reason = f"the load on {names_text(overload.loaded)} is more than the joints and contacts bear"
             opened = judgement.opened | (overload.joined_with(moving) - held)
             update = update.then(Update((), tuple(sorted(poses)), reason=reason, by=by, opened=opened))
@@ -408,7 +422,7 @@ class ProvenStability(Stabilizer):
                 self._joined.open(body, pairs, self.assembly)
                 update = replace(update, opened=update.opened | pairs)
         self._joined.weld()
-        return update
+        return self._without_ductile(update)
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Wake these bricks and all that cannot stand without them; return the woken bricks."""
@@ -562,6 +576,7 @@ class ProvenStability(Stabilizer):
         A proof stays valid beside other bricks that its bricks do not touch.
         """
         self._observers.absorb(other._observers)
+        self.assembly.hold_by(self._joined.joints)
         standing = [other.assembly.bricks[name] for name in sorted(other.assembly.bricks)]
         if standing:
             self._wake_released(release_until_stable(self.assembly, self.assembly.add_all(standing)))
@@ -615,7 +630,7 @@ class ProvenStability(Stabilizer):
         # If the bricks were proven before others were released, the last verdict has no stage.
         stages = {judgement.last.stage} if judgement.last.stage else {self.assembly.stage(brick) for brick in frozen}
         proof = next((stage.value for stage in reversed(Stage) if frozen and stage in stages), "")
-        return Update(
+        update = Update(
             frozen,
             tuple(sorted(woken)),
             judgement.lowest if woken else (),
@@ -623,6 +638,7 @@ class ProvenStability(Stabilizer):
             proof,
             opened=frozenset(pair for pair in judgement.opened if not pair.isdisjoint(woken)),
         )
+        return self._without_ductile(update)
 
     def _wake_disturbed(self, states: Mapping[BodyId, BodyState]) -> Update:
         """Wake bricks that are about to be hit or that yield to loads; unweld groups that are hit or moved too far."""
@@ -680,10 +696,10 @@ class ProvenStability(Stabilizer):
         self._release_joined({*woken, *new}, judgement.held)
         return woken
 
-    def _release_joined(self, bricks: Collection[BodyId], held: Collection[Pair]) -> None:
+    def _release_joined(self, bricks: Collection[BodyId], held: Collection[Pair], *, passes: bool = False) -> None:
         if self.joints.rules:
             placed = [placed for _, placed in solids(self.engine, self.engine.states(sorted(bricks)))]
-            self._joined.released(placed, held, self.assembly)
+            self._joined.released(placed, held, self.assembly, passes=passes)
 
     def _wake(self, bricks: Collection[BodyId], riding: Container[BodyId] = ()) -> None:
         """Wake bricks in the engine, except riding ones, which rigid groups move already."""
