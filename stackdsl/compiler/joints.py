@@ -14,7 +14,7 @@ from stackdsl.compiler.bricks import BEFORE_BUILDING, ActionOrder
 from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.diagnostics import Diagnostic, did_you_mean
 from stackdsl.language.bricks import CATALOGUE, side_off_studs
-from stackdsl.language.impacts import Cut, Glue
+from stackdsl.language.impacts import Cut, Glue, Move
 from stackdsl.language.joints import JoinedBodies, JointKind, Mortar, MortarOrGlue, StudGrid
 from stackdsl.language.layouts.registry import MortaredParams
 from stackdsl.language.model_base import Timed
@@ -27,8 +27,6 @@ from stackdsl.wording import mm, time_text
 
 SYSTEM: Final = "exact"  # the only system that plays joints
 NOT_PLAYED: Final = "not everything is played with joints"
-# All others are those of hands.
-IMPACTS: Final = frozenset({"remove", "insert", "throw", "push", "drop", "glue", "cut"})
 MARGINS: Final = frozenset({"load_factor", "acceleration", "tilt"})
 
 
@@ -185,7 +183,7 @@ def _of_studs(built: ResolvedScenario, scenario: Scenario, smooth: frozenset[Bod
 
 
 def _studs(grid: StudGrid, smooth: frozenset[BodyId]) -> Studs:
-    return Studs(grid.pitch, grid.pull, grid.shear, grid.narrow_pull, smooth=smooth)
+    return Studs(grid.pitch, grid.pull, grid.shear, grid.narrow_pull, smooth=smooth, ductile=grid.ductile)
 
 
 def _setting(bond: MortarOrGlue | None) -> float | None:
@@ -193,14 +191,16 @@ def _setting(bond: MortarOrGlue | None) -> float | None:
 
 
 def _bond(bond: MortarOrGlue) -> Bond:
-    return Bond(bond.tension, bond.cohesion, inf if bond.shear is None else bond.shear, bond.brittle)
+    return Bond(
+        bond.tension, bond.cohesion, inf if bond.shear is None else bond.shear, bond.brittle, ductile=bond.ductile
+    )
 
 
 def _joint(item: JointKind, smooth: frozenset[BodyId]) -> Joint | None:
     if item.bond is not None:
         return _bond(item.bond)
     if item.pull is not None:
-        return Pull(item.pull)
+        return Pull(item.pull.force, ductile=item.pull.ductile)
     if item.studs is not None:
         return _studs(item.studs, smooth)
     return None
@@ -335,12 +335,10 @@ def _unjudged(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
 
 
 def _unplayed_actions(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    for number, step in enumerate(scenario.build):
-        if step.place is not None:
-            yield _refused(source, ("build", number, "place"), "hands are not played", "`place`")
     for number, impact in enumerate(scenario.impacts):
-        if impact.kind not in IMPACTS:
-            yield _refused(source, ("impacts", number, impact.kind), f"the impact `{impact.kind}` is not played", "it")
+        if isinstance(impact.content, Move) and impact.content.slid:
+            path: KeyPath = ("impacts", number, "move", "slid")
+            yield _refused(source, path, "a brick with joints is not slid", "`slid`, so that the brick is carried")
 
 
 def _unjudged_claims(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:

@@ -42,6 +42,13 @@ SettingTime = Annotated[
 ]
 
 
+DUCTILE: Final = Field(
+    0.0,
+    description="distance by which the bodies may move apart while the joint keeps its strength; default: it opens as "
+    "soon as it yields",
+)
+
+
 class MortarOrGlue(AuthorModel):
     """Strength per area: mortar or glue."""
 
@@ -53,6 +60,7 @@ class MortarOrGlue(AuthorModel):
     brittle: t.Flag = Field(
         False, description="whether the joint sheds its force when it yields, so that others must bear it"
     )
+    ductile: t.NonNegativeLength = DUCTILE
     from_: SettingTime | None = Field(
         None, alias="from", description="time after placing from which the joint holds, such as `2 d after placing`"
     )
@@ -62,6 +70,9 @@ class MortarOrGlue(AuthorModel):
         if self.shear is not None and self.shear < self.cohesion:
             message = "`shear` is less than `cohesion`, so the joint never has its cohesion"
             raise InputError("SD104", message, "write a `shear` of at least `cohesion`, or remove it")
+        if self.brittle and self.ductile:
+            message = "`brittle` and `ductile` exclude each other: a brittle joint sheds its force as soon as it yields"
+            raise InputError("SD108", message, "remove one of them")
         return self
 
 
@@ -75,6 +86,15 @@ class Mortar(Shorthand):
     scalar_key: ClassVar[str] = "thickness"
 
 
+class MagnetOrTape(Shorthand):
+    """Force at each corner of a contact: magnets, tape or Velcro."""
+
+    force: t.Force = Field(description="force that pulls each corner of the contact")
+    ductile: t.NonNegativeLength = DUCTILE
+
+    scalar_key: ClassVar[str] = "force"
+
+
 class StudGrid(Shorthand):
     """Studs on a square grid, centred on the top and the bottom of each box."""
 
@@ -84,6 +104,7 @@ class StudGrid(Shorthand):
         None, description="greatest pull of one stud under a brick that is one stud wide; default: `pull`"
     )
     shear: t.Force = Field(description="greatest sideways force of one stud, in any direction")
+    ductile: t.NonNegativeLength = DUCTILE
 
     scalar_word: ClassVar[str] = "lego"
 
@@ -95,7 +116,7 @@ class StudGrid(Shorthand):
 # The pull under a wide brick is fitted to structures that were built for StableLego, the other one is that of BrickSim:
 # see docs/joints.md. No structure of light bricks shears a stud off, and no strength is published; this one is that of
 # 3 mm2 of the plastic.
-LEGO_STUDS: Final = StudGrid.model_construct(pitch=float(PITCH), pull=1.7, narrow_pull=2.8, shear=100.0)
+LEGO_STUDS: Final = StudGrid.model_construct(pitch=float(PITCH), pull=1.7, narrow_pull=2.8, shear=100.0, ductile=0.0)
 
 
 class JoinedBodies(AuthorModel):
@@ -135,7 +156,7 @@ class JointKind(ExactlyOneKey, JoinedBodies):
     """Joints of one kind, between some bodies."""
 
     bond: MortarOrGlue | None = Field(None, description="mortar or glue, by its strength per area")
-    pull: t.Force | None = Field(
+    pull: MagnetOrTape | None = Field(
         None, description="magnets, tape or Velcro: the force that pulls each corner of the contact"
     )
     studs: StudGrid | None = Field(None, description="studs of toy bricks, by their grid and the strength of each")

@@ -35,7 +35,7 @@ from stackdsl.judging.proofs import (
 )
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, StrongerJoints, remedies_of
 from stackdsl.language.claims.margin import Margin
-from stackdsl.language.joints import JointOfBricks, MortarOrGlue, StudGrid
+from stackdsl.language.joints import JointOfBricks, MagnetOrTape, MortarOrGlue, StudGrid
 from stackdsl.language.loads import Amount, Growing, Load
 from stackdsl.language.schema import Scenario
 from stackdsl.language.supports import Support
@@ -495,9 +495,14 @@ def _world(timeline: Timeline) -> Iterator[str]:
         yield f"  {plane.id}: normal ({normal}), friction {plane.friction:g}"
 
 
+def _ductile_text(ductile: float) -> str:
+    return f", ductile over {mm(ductile)}" if ductile else ""
+
+
 def _studs_text(studs: StudGrid) -> str:
     narrow = "" if studs.narrow_pull is None else f" ({studs.narrow_pull:g} N under a brick of one stud)"
-    return f"studs every {1000.0 * studs.pitch:g} mm, each of {studs.pull:g} N pull{narrow}, {studs.shear:g} N shear"
+    every = f"studs every {1000.0 * studs.pitch:g} mm"
+    return f"{every}, each of {studs.pull:g} N pull{narrow}, {studs.shear:g} N shear{_ductile_text(studs.ductile)}"
 
 
 def _joint_line(item: JointOfBricks) -> str:
@@ -505,8 +510,8 @@ def _joint_line(item: JointOfBricks) -> str:
     match item:
         case JointOfBricks(bond=MortarOrGlue() as bond):
             what = _bond_text(bond)
-        case JointOfBricks(pull=float(pull)):
-            what = f"pull of {pull:g} N at each corner"
+        case JointOfBricks(pull=MagnetOrTape() as pull):
+            what = f"pull of {pull.force:g} N at each corner" + _ductile_text(pull.ductile)
         case JointOfBricks(studs=StudGrid() as studs):
             what = _studs_text(studs)
         case _:
@@ -525,7 +530,7 @@ def _bond_text(bond: MortarOrGlue) -> str:
     strengths = {"tension": bond.tension, "cohesion": bond.cohesion}
     strengths |= {} if bond.shear is None else {"shear": bond.shear}
     text = "bond of " + ", ".join(f"{_strength_text(each)} {name}" for name, each in strengths.items())
-    text += ", brittle" * bond.brittle
+    text += ", brittle" * bond.brittle + _ductile_text(bond.ductile)
     return text if bond.from_ is None else f"{text}, {_setting_text(bond.from_)} after placing"
 
 

@@ -1052,7 +1052,6 @@ def advance(
         _follow_guides(bodies)
         tied, passed = len(links.ids), since + (part + 1) * h
         if tied > 0:
-            _prepare(bodies, links.ids, links.row, tied)
             _tie_again(bodies, links, passed)
         if ends > 0 or tied > 0:
             _prepare(bodies, index, row, ends)
@@ -1063,18 +1062,13 @@ def advance(
             else:
                 for c in range(ends):
                     row[c, SOFTNESS] = 1.0
-            for c in range(ends):
-                row[c, EARLIER] = row[c, PRESSES]
-                if row[c, PRESSES] > 0.0:
-                    pressing, along, across = row[c, PRESSES], row[c, RUBS], row[c, RUBS_ACROSS]
-                    _push(bodies, index[c, ON_BODY], index[c, ON_OTHER], row, c, pressing, along, across)
+            _press_again(bodies, index, row, ends)
             _follow_guides(bodies)
             most, accuracy = struck if was_struck else falling
             k, change, hits, left, tying = 0, np.inf, False, SWEPT, 0.0
             while max(change, tying) > accuracy and k < most and (k < FEWEST or left > 0 or hits):
                 change, solved = _sweep(bodies, index, row, ends, h, recovery, (k + part) % 2 == 1, k, accuracy, moved)
-                if tied > 0:
-                    tying = _tie(bodies, links, passed, k, accuracy, moved)
+                tying = _tie(bodies, links, passed, k, accuracy, moved)
                 _follow_guides(bodies)
                 k, left = k + 1, left - solved
                 if change > hit and not hits:
@@ -1083,9 +1077,7 @@ def advance(
                     if not was_struck:
                         was_struck = True
                         _soften(bodies, index, row, ends, h * weight, h, depth)
-            for c in range(ends):
-                if row[c, PRESSES] - row[c, EARLIER] > hit * row[c, MASS]:
-                    stopped[index[c, ON_BODY]] = stopped[index[c, ON_OTHER]] = 1
+            _stop(index, row, ends, hit, stopped)
         for i in range(moving):
             # Bodies move by their mean velocity, which is exact in falls and slides, and after a hit by the new one.
             share = 0.0 if stopped[i] == 1 or bodies[i, GUIDE] > 0.0 else 0.5
@@ -1098,21 +1090,47 @@ def advance(
         if ends > 0 or tied > 0:
             _sweep(bodies, index, row, ends, h, 0.0, part % 2 == 0, 0, 0.0, moved)
             _follow_guides(bodies)
-        for c in range(tied):
-            links.row[c, PULLED] -= links.row[c, PRESSES]
-            links.row[c, DRAGGED] += sqrt(links.row[c, RUBS] ** 2 + links.row[c, RUBS_ACROSS] ** 2)
+        _add_passed(links)
     return was_struck
 
 
-# Links: a joint that yields holds two bodies together by a bounded force. Its points pull, as contact points push; along
-# the tangents they bear the cohesion, less the friction that their pull takes away. The bounds are those of the mean
-# force since a time step began, as those of the loads of which joints decide whether they yield. So a hit in the last
-# sub-step of a time step is passed on like one in the first.
+@compiled
+def _stop(index: Ints, row: Array, ends: int, hit: float, stopped: Ints) -> None:
+    """Mark the bodies whose closing speed at a point a hit has changed by more than `hit` [m/s]."""
+    for c in range(ends):
+        if row[c, PRESSES] - row[c, EARLIER] > hit * row[c, MASS]:
+            stopped[index[c, ON_BODY]] = stopped[index[c, ON_OTHER]] = 1
+
+
+@compiled
+def _press_again(bodies: Array, index: Ints, row: Array, ends: int) -> None:
+    """Apply the impulses of the last sub-step at all points."""
+    for c in range(ends):
+        row[c, EARLIER] = row[c, PRESSES]
+        if row[c, PRESSES] > 0.0:
+            pressing, along, across = row[c, PRESSES], row[c, RUBS], row[c, RUBS_ACROSS]
+            _push(bodies, index[c, ON_BODY], index[c, ON_OTHER], row, c, pressing, along, across)
+
+
+# Links: a joint that yields holds two bodies together by a bounded force. Its points pull, as contact points push;
+# along the tangents they bear the cohesion, less the friction that their pull takes away. The bounds are those of the
+# mean force since a time step began, as joints yield by the means of their loads over a step. So a hit in the last
+# sub-step of a step is passed on like one in the first.
+
+
+@compiled
+def _add_passed(links: Points) -> None:
+    """Add the impulses of a sub-step to those that count towards the bounds of the rest of the time step."""
+    row = links.row
+    for c in range(len(links.ids)):
+        row[c, PULLED] -= row[c, PRESSES]
+        row[c, DRAGGED] += sqrt(row[c, RUBS] ** 2 + row[c, RUBS_ACROSS] ** 2)
 
 
 @compiled
 def _tie_again(bodies: Array, links: Points, passed: float) -> None:
     """Apply the impulses of the last sub-step at all links, as far as their bounds admit."""
+    _prepare(bodies, links.ids, links.row, len(links.ids))
     for c in range(len(links.ids)):
         row = links.row
         pulls = max(row[c, PRESSES], _least_pull(row, c, passed))
@@ -1165,7 +1183,9 @@ def _tie(bodies: Array, links: Points, passed: float, number: int, accuracy: flo
         row[c, PRESSES], row[c, RUBS], row[c, RUBS_ACROSS] = pulls, along, across
         _push(bodies, i, j, row, c, more, along - rubs, across - rubs_across)
         largest = max(abs(more), abs(along - rubs), abs(across - rubs_across))
-        change = max(change, abs(more) / row[c, MASS], max(abs(along - rubs), abs(across - rubs_across)) / row[c, MASS_ACROSS])
+        change = max(
+            change, abs(more) / row[c, MASS], max(abs(along - rubs), abs(across - rubs_across)) / row[c, MASS_ACROSS]
+        )
         if largest > SMALL * accuracy * row[c, MASS]:
             moved[i] = number if bodies[i, INVERSE_MASS] > 0.0 else -1
             moved[j] = number if bodies[j, INVERSE_MASS] > 0.0 else -1

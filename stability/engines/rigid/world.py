@@ -64,7 +64,7 @@ from stability.engines.rigid.preparation import tell_if_compiling
 from stability.engines.rigid.settings import RigidSettings, Solving
 from stability.geometry.box import Box
 from stability.geometry.rows import cross_rows
-from stability.geometry.vectors import add, add_scaled, cross, norm, rotate, scale, unit
+from stability.geometry.vectors import add, add_scaled, cross, dot, norm, rotate, scale, unit
 from stability.model import AT_REST, GROUND, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
 
 # Share of the speed of the fastest body to which a fall is solved: what is off at its start grows, later it does not.
@@ -157,8 +157,8 @@ class StepRecord:
 
 def _frame(normal: Vec3) -> tuple[Vec3, Vec3, Vec3]:
     """Return a unit vector with two tangents."""
-    least = min(range(3), key=lambda axis: abs(normal[axis]))
-    along = unit(cross(normal, (float(least == 0), float(least == 1), float(least == 2))))
+    least = min(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), key=lambda axis: abs(dot(axis, normal)))
+    along = unit(cross(normal, least))
     return normal, along, cross(normal, along)
 
 

@@ -14,7 +14,7 @@ from stability.geometry.rows import cross_rows
 from stability.geometry.vectors import add, body_axes, inverse, rotate, scale, subtract
 from stability.graph import components, reached
 from stability.joints import JointRule, Joints
-from stability.model import AT_REST, BodyId, BodyState, Vec3
+from stability.model import AT_REST, BodyId, BodyState, Brick, Vec3, convex
 from stability.problem import Contact, Motion, Placed, Problem, Wrench
 from stability.stabilizers.protocol import BrickObserver
 from stability.statics.assembly import Assembly
@@ -35,6 +35,14 @@ from stability.statics.structure import Structure
 QUIET = 1e-4  # share of the fastest brick: slower ones stay frozen
 
 
+@dataclass(frozen=True, slots=True)
+class Carried:
+    """Motion that a hand prescribes to a body during a step, in which the body does not turn."""
+
+    brick: BodyId  # in the hand
+    acceleration_W: Vec3  # [m/s2]
+
+
 class JoinedBody:
     """Joined bricks that move as one rigid body."""
 
@@ -53,21 +61,27 @@ class JoinedBody:
         spread = squares[:, None, None] * np.eye(3) - np.einsum("ni,nj->nij", self._arms, self._arms)
         self._inertia = self._inertias.sum(axis=0) + np.einsum("n,nij->ij", self._masses, spread)
 
-    def opens_under(self, means: MeanLoads, state: BodyState) -> set[Pair]:
+    def opens_under(self, means: MeanLoads, state: BodyState, carried: "Carried | None" = None) -> set[Pair]:
         """Return the joints that do not bear mean contact loads; `state` is that of the first brick."""
-        motion = self._borne.yields_under(self._loads(means, state))
+        motion = self._borne.yields_under(self._loads(means, state, carried))
         if motion is None:
             return set()
         return opened_pairs(self.problem, motion) or joined_pairs(self.problem.contacts)
 
-    def _loads(self, means: MeanLoads, state: BodyState) -> dict[BodyId, Wrench]:
+    def _loads(self, means: MeanLoads, state: BodyState, carried: "Carried | None") -> dict[BodyId, Wrench]:
         """Return the loads on the bricks with their inertia, in the axes of the problem.
 
-        Weights are left out, as they cancel out with the inertia of the free fall.
+        Weights are left out, as they cancel out with the inertia of the free fall. A hand exerts on its brick what the
+        acceleration of the body needs besides all other loads.
         """
         turn = np.array(body_axes(state.pose.orientation)).T @ self._axes.T
         loads = np.array([means.get(name, (0.0,) * 6) for name in self.names])
         forces, torques, spin = loads[:, :3] @ turn, loads[:, 3:] @ turn, turn.T @ state.angular_velocity_W
+        if carried is not None:
+            weight = np.sum([load.force_W for load in self.problem.loads.values()], axis=0) @ turn
+            held = self.names.index(carried.brick)
+            forces[held] += self._masses.sum() * (np.array(carried.acceleration_W) @ turn) - weight - forces.sum(axis=0)
+            torques[held] -= (torques + cross_rows(self._arms, forces)).sum(axis=0)
         acceleration = forces.sum(axis=0) / self._masses.sum()
         spins = np.broadcast_to(spin, self._arms.shape)
         own = torques - cross_rows(spins, self._inertias @ spin)
@@ -138,7 +152,9 @@ def _links(contact: Contact, bodies: Mapping[BodyId, Placed]) -> Iterator[Link]:
         (normal_W,) = contact.normals_W
         normal = normal_W if lower is None else rotate(inverse(lower.pose.orientation), normal_W)
         for point_W in contact.points_W:
-            yield Link(contact.lower, contact.upper, _seen_from(lower, point_W), _seen_from(upper, point_W), normal, law)
+            yield Link(
+                contact.lower, contact.upper, _seen_from(lower, point_W), _seen_from(upper, point_W), normal, law
+            )
 
 
 def _seen_from(body: Placed | None, point_W: Vec3) -> Vec3:
@@ -179,6 +195,8 @@ class JoinedBricks(BrickObserver):
     recorder: RecordsSteps | None = None
     _yielding: dict[Pair, YieldingJoint] = field(default_factory=dict, init=False)  # also those that hold again
     _of: dict[BodyId, JoinedBody] = field(default_factory=dict, init=False)  # by brick
+    _in_hands: set[BodyId] = field(default_factory=set, init=False)
+    _before: dict[BodyId, Vec3] = field(default_factory=dict, init=False)  # velocities of bricks in hands [m/s]
     _welded: set[BodyId] = field(default_factory=set, init=False)
     _structures: dict[BodyId, "_Structure"] = field(default_factory=dict, init=False)  # by frozen brick
 
@@ -240,16 +258,27 @@ class JoinedBricks(BrickObserver):
     def _yield(self, problem: Problem, pairs: Collection[Pair], *, passes: bool) -> None:
         """Let joints hold by their strength from now on."""
         by_pair: dict[Pair, list[Link]] = {}
+        bodies = {**problem.bricks, **self._held_by_hands()}
         for contact in problem.contacts:
             pair = frozenset((contact.lower, contact.upper))
             joint = self.joints.of(contact.lower, contact.upper)
             if pair in pairs and pair not in self._yielding and joint is not None and (passes or joint.ductile):
-                by_pair.setdefault(pair, []).extend(_links(contact, problem.bricks))
+                by_pair.setdefault(pair, []).extend(_links(contact, bodies))
         for pair, links in by_pair.items():
             joint = self.joints.of(*pair)
             if links and joint is not None:
                 self._yielding[pair] = YieldingJoint(tuple(links), joint.ductile)
         self._structures.clear()
+
+    def _held_by_hands(self) -> dict[BodyId, Placed]:
+        """Return the bricks in hands, where they are now."""
+        masses, states = self.engine.masses(), self.engine.states(sorted(self._in_hands))
+        shapes = {name: convex(self.engine.shape(name)) for name in states}
+        return {
+            name: Placed(Brick(name, shape, masses[name]), states[name].pose)
+            for name, shape in shapes.items()
+            if shape is not None
+        }
 
     @property
     def links(self) -> tuple[Link, ...]:
@@ -359,6 +388,8 @@ class JoinedBricks(BrickObserver):
                 self._welded.update(body.names)
         if self.recorder is not None:
             self.recorder.link(self.links)
+        carried = [name for name in sorted(self._in_hands) if name in self._of]
+        self._before = {name: state.velocity_W for name, state in self.engine.states(carried).items()}
 
     def unwelded(self) -> None:
         """Handle a motion without the engine, which moves all bricks one by one."""
@@ -370,8 +401,19 @@ class JoinedBricks(BrickObserver):
         """Return the bodies with joints that do not bear mean contact loads, and these joints."""
         bodies = self.bodies
         states = self.engine.states([body.names[0] for body in bodies])
-        opening = [(body, body.opens_under(means, states[body.names[0]])) for body in bodies]
+        opening = [
+            (body, body.opens_under(means, states[body.names[0]], self._carried(body, states[body.names[0]])))
+            for body in bodies
+        ]
         return [(body, pairs) for body, pairs in opening if pairs]
+
+    def _carried(self, body: JoinedBody, state: BodyState) -> Carried | None:
+        """Return the motion that a hand prescribed to a body in the last step."""
+        brick = next((name for name in body.names if name in self._before), None)
+        if brick is None or self.recorder is None:
+            return None
+        change_W = subtract(state.velocity_W, self._before[brick])
+        return Carried(brick, scale(1.0 / self.recorder.hit_duration(), change_W))
 
     def overloads(self, means: MeanLoads, assembly: Assembly, ground_W: Vec3 = AT_REST) -> list[Overload]:
         """Return the frozen structures with joints that do not bear mean loads in addition to their weight.
@@ -409,6 +451,36 @@ class JoinedBricks(BrickObserver):
             self._structures |= dict.fromkeys(bricks, _Structure(frozenset(bricks), borne))
         return self._structures[brick]
 
+    # --- hands --------------------------------------------------------------------------------------------------------
+    #
+    # What is joined with a brick in a hand that moves is one body with it, and is carried as a whole. A hand at rest
+    # holds its brick like a fixed body.
+
+    def joined_to(self, brick: BodyId, assembly: Assembly) -> set[BodyId]:
+        """Return the frozen bricks that joints hold together with a brick, itself included."""
+        if not self.joints.rules or brick not in assembly.bricks:
+            return set()
+        return reached([brick], lambda name: [body for body in _joined_to(assembly, name) if body in assembly.bricks])
+
+    def take(self, brick: BodyId) -> None:
+        """Handle a hand taking a brick: its joints hold on."""
+        self._in_hands.add(brick)
+        self._welded.clear()  # the engine has parted its body
+
+    def put_down(self, brick: BodyId) -> list[BodyId]:
+        """End the body of a brick in a hand that has come to rest; return the other bricks of the body."""
+        self._welded.clear()
+        body = self._of.get(brick)
+        if body is None:
+            return []
+        self._forget(body)
+        return [name for name in body.names if name != brick]
+
+    def let_go(self, brick: BodyId) -> None:
+        """Handle a hand releasing a brick."""
+        self._in_hands.discard(brick)
+        self._welded.clear()
+
     # --- life cycle ---------------------------------------------------------------------------------------------------
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
@@ -423,8 +495,9 @@ class JoinedBricks(BrickObserver):
         self._structures.clear()
 
     def removed(self, bricks: Collection[BodyId]) -> None:
-        """Drop removed bricks, whose bodies the engine has unwelded."""
+        """Drop removed bricks, whose bodies the engine has unwelded; those in hands are not judged, but stay."""
         self._structures.clear()
+        bricks = [brick for brick in bricks if brick not in self._in_hands]
         for pair in list(self._yielding):
             if not pair.isdisjoint(bricks):
                 del self._yielding[pair]
@@ -470,6 +543,11 @@ def _is_near(frozen: Placed, bricks: Collection[Placed]) -> bool:
         <= frozen.brick.shape.length + other.brick.shape.length  # more than both radii
         for other in bricks
     )
+
+
+def _joined_to(assembly: Assembly, brick: BodyId) -> Iterator[BodyId]:
+    for pair in joined_pairs(assembly.contacts(brick)):
+        yield from pair - {brick}
 
 
 def _touched(assembly: Assembly, brick: BodyId) -> list[BodyId]:

@@ -202,6 +202,8 @@ class ProvenStability(Stabilizer):
     def taken_out(self, bricks: Iterable[BodyId]) -> Update:
         """Handle bricks that were removed from the engine: bricks that cannot stand without them wake immediately."""
         removed = sorted(bricks)
+        for brick in removed:
+            self._joined.let_go(brick)
         frozen = [brick for brick in removed if self.is_frozen(brick)]
         self._observers.removed(removed)
         judgement = release_until_stable(self.assembly, self.assembly.remove(frozen))
@@ -482,10 +484,15 @@ class ProvenStability(Stabilizer):
         woken: tuple[BodyId, ...] = ()
         if brick in self._rigid_groups:
             self._rigid_groups.unweld(brick)
-        if self.is_frozen(brick):
+        if len(joined := self._joined.joined_to(brick, self.assembly)) > 1:
+            woken = self.wake(joined)  # they come along
+            states = self.engine.states([name for name in woken if name != brick])
+            self._awake.rest_poses.store_driven({name: state.pose for name, state in states.items()})
+        elif self.is_frozen(brick):
             judgement = release_until_stable(self.assembly, self.assembly.remove([brick]))
             woken = self._wake_released(judgement)
             self._awake.rest_poses.store_driven(judgement.released)
+        self._joined.take(brick)
         self._observers.removed([brick])
         self._in_hands[brick] = None
         return Update((), woken, reason=f"{brick} gripped by a hand" if woken else "")
@@ -493,12 +500,18 @@ class ProvenStability(Stabilizer):
     def hold(self, bricks: Collection[BodyId]) -> Update:
         """Handle bricks that hands hold at rest: they carry like the ground."""
         self.assembly.remove([brick for brick in bricks if self.is_frozen(brick)])
-        self._observers.removed([brick for brick in bricks if brick not in self._in_hands])
+        new = [brick for brick in bricks if brick not in self._in_hands]
+        for brick in new:
+            self._joined.take(brick)
+        self._observers.removed(new)
+        along = [name for brick in bricks for name in self._joined.put_down(brick) if name not in bricks]
         self._in_hands |= dict(solids(self.engine, self.engine.states(sorted(bricks))))
-        return self._judge_again(())
+        return self._judge_again([placed for _, placed in solids(self.engine, self.engine.states(along))])
 
     def let_go(self, bricks: Collection[BodyId], set_down: bool) -> Update:
         """Handle hands releasing bricks: those held at rest are judged immediately, with the bricks on them."""
+        for brick in bricks:
+            self._joined.let_go(brick)
         resting = [placed for brick in sorted(bricks) if (placed := self._in_hands.pop(brick)) is not None]
         if set_down or resting:
             self.set_down(bricks)

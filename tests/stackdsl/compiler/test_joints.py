@@ -120,7 +120,10 @@ def test_a_wrong_key_or_value_of_a_joint_has_a_remedy(item: str, hint: str) -> N
     ("rest", "message"),
     [
         ("systems: [exact, tuned]\n", "not everything is played with joints: the system 'tuned' plays no joints"),
-        ("impacts: [{hold: {brick: low, for: 1 s}}]\n", "the impact `hold` is not played"),
+        (
+            "impacts: [{move: {brick: low, by: [5 mm, 0 mm, 0 mm], slid: true}}]\n",
+            "a brick with joints is not slid",
+        ),
         ("expect: [{verdict: guaranteed}]\n", "the margin `guaranteed` is not computed for bricks with joints"),
         (
             "expect: [{margin: {placement: '> 3 mm'}}]\n",
