@@ -21,6 +21,7 @@ from stability.work_limit import add_work
 from stackdsl.shown_text import visible
 from stackdsl.trace import EventKind
 from stackdsl.viewing.run_view import RunView, ShownProof
+from stackdsl.viewing.studs import pitches, studs_of
 from stackdsl.viewing.style import token
 from stackdsl.viewing.svg import width_of
 from stackdsl.viewing.thrust import Thrust
@@ -89,10 +90,11 @@ class Solid:
     edges: Array  # (directions, 3) in W, unit
     faces: tuple[tuple[int, ...], ...]  # indices of corners
     parts: "tuple[Solid, ...]" = ()  # convex ones, of a compound
+    studs: tuple[Array, ...] = ()  # (2, n, 3) rings of the foot and the top of each, in W [m]
 
     @classmethod
-    def of(cls, shape: ConvexShape, pose: Pose) -> "Solid":
-        """Return the solid of a shape at a pose."""
+    def of(cls, shape: ConvexShape, pose: Pose, pitch: float | None = None) -> "Solid":
+        """Return the solid of a shape at a pose; with studs on its upper face if these have a pitch [m]."""
         parts: tuple[Solid, ...] = ()
         if isinstance(shape, Compound):
             parts = tuple(cls.of(part.shape, part_pose(part, pose)) for part in shape.parts)
@@ -100,7 +102,11 @@ class Solid:
         normals = np.array([rotate(pose.orientation, face.normal) for face in shape.faces])
         edges = np.array([corners[b] - corners[a] for a, b in shape.edges])
         edges /= np.linalg.norm(edges, axis=1, keepdims=True)
-        return cls(corners, normals, _different(edges), tuple(face.corners for face in shape.faces), parts)
+        studs = tuple(
+            np.array([[rotate(pose.orientation, point) for point in ring] for ring in stud]) + pose.position_W
+            for stud in studs_of(shape, pitch)
+        )
+        return cls(corners, normals, _different(edges), tuple(face.corners for face in shape.faces), parts, studs)
 
     @property
     def convex_parts(self) -> "tuple[Solid, ...]":
@@ -337,7 +343,24 @@ def faces_of(
             for normal, face in zip(solid.normals, solid.faces, strict=True)
             if normal @ view.towards > EDGE_ON
         ]
+        faces += [
+            Face(name, turn, paper.place(outline), _lit(colour, float(normal @ view.light)))
+            for outline, normal in _studs(solid, view)
+        ]
     return faces
+
+
+def _studs(solid: Solid, view: View) -> Iterator[tuple[Array, Array]]:
+    """Yield outlines in the view [m] and normals of the studs of a solid, the farthest first: the side, and the top."""
+    for foot, top in sorted(solid.studs, key=lambda stud: float(stud[0].mean(axis=0) @ view.towards)):
+        up = (top[0] - foot[0]) / np.linalg.norm(top[0] - foot[0])
+        if up @ view.towards < -EDGE_ON:
+            return
+        on_paper = view.on_paper(np.concatenate((foot, top)))
+        side = view.towards - (view.towards @ up) * up
+        yield np.array(convex_hull([(float(x), float(y)) for x, y in on_paper])), side
+        if up @ view.towards > EDGE_ON:
+            yield on_paper[len(foot) :], up
 
 
 def brick_shapes(faces: Iterable[Face], rim: float) -> Iterator[str]:
@@ -686,13 +709,13 @@ class Frame:
 
 def solids_at(run: RunView, time: float) -> dict[BodyId, Solid]:
     """Return the bricks that are present at a time [s]."""
-    poses = run.recording.at(time)
+    poses, studs = run.recording.at(time), pitches(run.timeline.world.joints)
     solids = {}
     for number, brick in enumerate(run.recording.bricks):
         if not np.isnan(poses.positions[number, 0]):
             x, y, z = poses.positions[number].tolist()
             pose = Pose((x, y, z), tuple(poses.orientations[number].tolist()))
-            solids[brick.id] = Solid.of(brick.shape, pose)
+            solids[brick.id] = Solid.of(brick.shape, pose, studs.get(brick.id))
     return solids
 
 
@@ -739,7 +762,10 @@ def pulled_out_at(run: RunView, time: float) -> dict[BodyId, Solid]:
     if any(state is not State.STANDS for state in states_at(run, time).values()):
         return {}
     rests = {name: run.trace.tracks[name].rest for name in removed}
-    return {name: Solid.of(removed[name].shape, pose) for name, pose in rests.items() if pose is not None}
+    studs = pitches(run.timeline.world.joints)
+    return {
+        name: Solid.of(removed[name].shape, pose, studs.get(name)) for name, pose in rests.items() if pose is not None
+    }
 
 
 def proof_at(run: RunView, time: float) -> ShownProof | None:

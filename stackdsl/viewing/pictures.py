@@ -57,6 +57,7 @@ from stackdsl.viewing.drawing import (
     thrust_shapes,
 )
 from stackdsl.viewing.run_view import RunView
+from stackdsl.viewing.studs import pitches
 from stackdsl.viewing.style import token
 from stackdsl.viewing.svg import FAINT, GRID, INK, png, svg_of, text_at, width_of
 from stackdsl.wording import how_many
@@ -162,7 +163,8 @@ def design(timeline: Timeline, width: float, height: float) -> str:
     """Return a drawing of the bricks of a build at their planned places as SVG. Raises TooMuchWorkError."""
     view = VIEWS["three-quarter"]
     placed = [each for each in timeline.placements if not each.hits]
-    solids = {each.brick.id: Solid.of(each.brick.shape, each.pose) for each in placed}
+    studs = pitches(timeline.world.joints)
+    solids = {each.brick.id: Solid.of(each.brick.shape, each.pose, studs.get(each.brick.id)) for each in placed}
     points = np.concatenate([view.on_paper(solid.corners) for solid in solids.values()] or [np.array([(0, 0), (1, 1)])])
     area = _filled(points.min(axis=0), points.max(axis=0), width, height)
     faces = faces_of(solids, dict.fromkeys(solids, token("wood")), view, area)

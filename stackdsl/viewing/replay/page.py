@@ -26,6 +26,7 @@ from stackdsl.viewing.drawing import VIEWS
 from stackdsl.viewing.pictures import heading_at, panels_at, picture
 from stackdsl.viewing.replay.verdict_band import verdict_json
 from stackdsl.viewing.run_view import RunView, ShownProof
+from stackdsl.viewing.studs import pitches, studs_of
 from stackdsl.viewing.style import icon, icon_sprite, shared_style
 from stackdsl.viewing.svg import dark_rules
 from stackdsl.wording import weakest_text
@@ -116,7 +117,10 @@ def payload_of(run: RunView, hurried: bool = False) -> Json:
     placements = {placement.brick.id: placement for placement in run.timeline.placements}
     bricks = [placements[brick.id] for brick in run.recording.bricks]
     numbers = {placement.brick.id: number for number, placement in enumerate(bricks)}
-    shapes = list(dict.fromkeys(placement.brick.shape for placement in bricks))
+    pitch = pitches(run.timeline.world.joints)
+    drawn = [(placement.brick.shape, pitch.get(placement.brick.id)) for placement in bricks]
+    shapes = list(dict.fromkeys(drawn))
+    numbers_of = {shape: number for number, shape in enumerate(shapes)}
     poses = packed(run.recording)
     return {
         "name": run.name,
@@ -127,8 +131,8 @@ def payload_of(run: RunView, hurried: bool = False) -> Json:
         "told": verdict_json(run, hurried),
         "gravity": run.timeline.world.gravity,
         "planes": [_plane(plane) for plane in run.timeline.world.planes],
-        "shapes": [_shape(shape) for shape in shapes],
-        "bricks": _bricks(run, bricks, shapes),
+        "shapes": [_shape(*shape) for shape in shapes],
+        "bricks": {**_bricks(run, bricks), "shape": [numbers_of[shape] for shape in drawn]},
         "poses": {"counts": poses.counts, "origin": poses.origin, "unit": poses.unit, "data": poses.data},
         "events": _events(run, numbers),
         "proofs": [_proof(proof, numbers) for proof in run.proofs.standing],
@@ -145,17 +149,24 @@ def _plane(plane: Plane) -> Json:
     return {"name": plane.id, "point": plane.point_W, "normal": plane.normal_W}
 
 
-def _shape(shape: ConvexShape) -> Json:
-    return {"corners": [list(corner) for corner in shape.corners], "faces": [face.corners for face in shape.faces]}
+def _shape(shape: ConvexShape, pitch: float | None) -> Json:
+    """Return the corners and faces of a shape, with its studs if these have a pitch [m]."""
+    corners, faces = [*shape.corners], [face.corners for face in shape.faces]
+    for foot, top in studs_of(shape, pitch):
+        begin, count = len(corners), len(foot)
+        corners += [*foot, *top]
+        faces.append(tuple(range(begin + count, begin + 2 * count)))
+        for side in range(count):
+            after = (side + 1) % count
+            faces.append((begin + side, begin + after, begin + count + after, begin + count + side))
+    return {"corners": [list(corner) for corner in corners], "faces": faces}
 
 
-def _bricks(run: RunView, placements: Sequence[Placement], shapes: Sequence[ConvexShape]) -> Json:
+def _bricks(run: RunView, placements: Sequence[Placement]) -> Json:
     """Return the bricks by column, so that each key occurs once for any number of bricks."""
-    numbers = {shape: number for number, shape in enumerate(shapes)}
     tracks = run.trace.tracks
     return {
         "name": [placement.brick.id for placement in placements],
-        "shape": [numbers[placement.brick.shape] for placement in placements],
         "level": [placement.level for placement in placements],
         "grams": [float(f"{1000.0 * placement.brick.mass:.4g}") for placement in placements],
         "density": [float(f"{placement.brick.mass / placement.brick.shape.volume:.3g}") for placement in placements],
