@@ -31,6 +31,7 @@ MOST_LINES: Final = 200_000  # that are read, those of a model once for each of 
 NUMBERS: Final = 12  # of the place and rotation of a part
 COLOUR: Final = 1  # that of a line comes before the numbers
 OTHER_PARTS: Final = "other parts"  # in `ignore`: all parts that the catalogue lacks
+SEVERAL: Final = 2  # parts that the catalogue lacks, from which on one message names all
 _GEOMETRY: Final = "geometry"  # lines, triangles and quadrilaterals
 
 KINDS: Final[Mapping[str, str]] = {number: kind for kind, part in LEGO.items() for number in part.ldraw}
@@ -77,7 +78,7 @@ class _Parts:
     reading: LoadReading
     models: dict[str, _Model]
     bricks: list[tuple[str, _Frame, Span]]  # kind and pose of each brick of the catalogue
-    unknown: dict[str, None]
+    unknown: dict[str, Span]  # the first place of each part that the catalogue lacks
     read: int = 0
 
     def of(self, name: str, frame: _Frame, outer: tuple[str, ...]) -> None:
@@ -129,11 +130,21 @@ class _Parts:
         elif name in self.models or (part.suffix in {".ldr", ".mpd"} and self._open(name, words[-1].strip(), span)):
             self.of(name, own, outer)
         elif name not in self.unknown and part.suffix not in {".ldr", ".mpd"}:
-            self.unknown[name] = None
-            if all_others := OTHER_PARTS in self.reading.ignored:
-                self.reading.used.add(OTHER_PARTS)
-            advice = "use bricks and plates of the catalogue (docs/language.md, Bricks with studs)"
-            self.reading.skip(name, span, harmless=all_others, advice=advice)
+            self.unknown[name] = span
+
+    def report_unknown(self) -> None:
+        """Report all parts that the catalogue lacks and that are not ignored, together."""
+        if all_others := OTHER_PARTS in self.reading.ignored and bool(self.unknown):
+            self.reading.used.add(OTHER_PARTS)
+        missing = [name for name in self.unknown if name not in self.reading.ignored]
+        advice = "use bricks and plates of the catalogue (docs/language.md, Bricks with studs)"
+        if all_others or len(missing) < SEVERAL:
+            for name, span in self.unknown.items():
+                self.reading.skip(name, span, harmless=all_others, advice=advice)
+            return
+        message = f"the catalogue lacks {len(missing)} parts: {names_text(missing)}"
+        hint = f"{advice}; to ignore them, write `ignore: ['{OTHER_PARTS}']`"
+        self.reading.undetermined(self.unknown[missing[0]], message, hint)
 
     def _open(self, name: str, written: str, span: Span) -> bool:
         """Read a model from a file of its own; report and return False if that fails."""
@@ -168,6 +179,7 @@ def read_ldraw(reading: LoadReading) -> ImportedLoad:
     models = _models(reading.page)
     parts = _Parts(reading, models, [], {})
     parts.of(next(iter(models)), _WHOLE, ())
+    parts.report_unknown()
     reading.end()
     boxes = []
     for number, (kind, frame, span) in enumerate(parts.bricks, start=1):

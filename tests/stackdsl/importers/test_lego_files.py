@@ -114,6 +114,17 @@ def test_a_part_that_the_catalogue_lacks_is_told_once_and_may_be_left_out() -> N
         assert (len(left.boxes), left.skipped) == (1, ("3039.dat",) if ignore == "other parts" else ())
 
 
+def test_several_parts_that_the_catalogue_lacks_are_told_in_one_message() -> None:
+    lines = [
+        f"1 4 0 {-24 * z} 0 {UPRIGHT} {part}" for z, part in enumerate(("3001.dat", "3039.dat", "3040.dat", "3641.dat"))
+    ]
+    assert only_mistake("\n".join(lines)).startswith("2:1 the catalogue lacks 3 parts: 3039.dat, 3040.dat, 3641.dat")
+    left = read("\n".join(lines), ignore=["other parts"])
+    assert (len(left.boxes), left.skipped) == (1, ("3039.dat", "3040.dat", "3641.dat"))
+    only = read("\n".join(lines), ignore=["3039.dat", "3040.dat", "3641.dat"])
+    assert len(only.boxes) == 1
+
+
 def test_a_rotation_that_is_written_with_few_digits_is_one_of_90_degrees() -> None:
     turned = "1 4 40.0002 -24 20 -4e-05 0 -1 0 1 0 0.99999 0 -4e-05 3001.dat"
     assert written(turned) == [{"stud": [1, -1, 0], "turned": True, "brick": "lego_2x4"}]
