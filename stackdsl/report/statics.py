@@ -13,7 +13,7 @@ from stability.geometry.box_distance import TOUCHING, reach_between
 from stability.geometry.vectors import body_axes, scale
 from stability.model import GROUND, BodyId, Brick, Vec3
 from stability.name_order import in_order, names_text
-from stability.problem import Placed, Stability
+from stability.problem import Contact, Placed, Stability
 from stability.statics.assembly import Assembly
 from stability.statics.fall_description import fall_side
 from stability.statics.structure import Structure
@@ -35,6 +35,7 @@ from stackdsl.judging.proofs import (
 )
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, StrongerJoints, remedies_of
 from stackdsl.language.claims.margin import Margin
+from stackdsl.language.impacts import Cut, Glue
 from stackdsl.language.joints import JointOfBricks, MagnetOrTape, MortarOrGlue, StudGrid
 from stackdsl.language.loads import Amount, Growing, Load
 from stackdsl.language.schema import Scenario
@@ -242,15 +243,20 @@ def rubbing_lines(timeline: Timeline) -> Iterator[str]:
         yield f"  friction {each:g} between {pair[0]} and {pair[1]}{never}"
 
 
-def _touching(timeline: Timeline, law: Friction) -> set[frozenset[str]]:
-    """Return the bodies and kinds that touch each other at some time while nothing moves."""
+def _contacts(timeline: Timeline) -> list[Contact]:
+    """Return the contacts of all bodies where they are set down."""
     world = timeline.world
     structure = Structure(world.planes, (), 0.0, world.gravity, world.tolerances)
     for placement in timeline.placements:
         structure.put(Placed(placement.brick, placement.pose))
+    return structure.contacts_of(list(structure.bricks))
+
+
+def _touching(timeline: Timeline, law: Friction) -> set[frozenset[str]]:
+    """Return the bodies and kinds that touch each other at some time while nothing moves."""
     return {
         frozenset(names)
-        for contact in structure.contacts_of(list(structure.bricks))
+        for contact in _contacts(timeline)
         for names in product(
             (contact.lower, law.kinds.get(contact.lower, contact.lower)),
             (contact.upper, law.kinds.get(contact.upper, contact.upper)),
@@ -453,7 +459,9 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     if scenario.description:
         yield f"  {' '.join(scenario.description.split())}"
     yield from _world(timeline)
-    yield from map(_joint_line, scenario.joints)
+    idle = idle_items(scenario, timeline)
+    for number, item in enumerate(scenario.joints):
+        yield _joint_line(item) + ("; no two of these touch when they are set down" if number in idle else "")
     yield from _mortar_lines(scenario)
     yield from map(_load_line, scenario.loads)
     yield from map(_support_line, scenario.supports)
@@ -503,6 +511,15 @@ def _studs_text(studs: StudGrid) -> str:
     narrow = "" if studs.narrow_pull is None else f" ({studs.narrow_pull:g} N under a brick of one stud)"
     every = f"studs every {1000.0 * studs.pitch:g} mm"
     return f"{every}, each of {studs.pull:g} N pull{narrow}, {studs.shear:g} N shear{_ductile_text(studs.ductile)}"
+
+
+def idle_items(scenario: Scenario, timeline: Timeline) -> set[int]:
+    """Return the numbers of the items of `joints` that hold from the start and join no two bodies that touch."""
+    changes = sum(isinstance(impact.content, Glue | Cut) for impact in scenario.impacts)
+    rules = timeline.world.joints.rules[changes : changes + len(scenario.joints)]
+    held = [number for number, item in enumerate(scenario.joints) if item.bond is None or item.bond.from_ is None]
+    contacts = _contacts(timeline) if held else []
+    return {n for n in held if not any(rules[n].holds(contact.lower, contact.upper) for contact in contacts)}
 
 
 def _joint_line(item: JointOfBricks) -> str:

@@ -1148,14 +1148,16 @@ def _least_pull(row: Array, c: int, passed: float) -> float:
     tension: float = row[c, TENSION]
     if row[c, FRICTION] * tension > row[c, COHESION]:
         tension = row[c, COHESION] / row[c, FRICTION]
-    return min(0.0, row[c, PULLED] - passed * tension)
+    least: float = min(0.0, row[c, PULLED] - passed * tension)
+    return least
 
 
 @compiled
 def _most_drag(row: Array, c: int, passed: float, pulls: float) -> float:
     """Return the bound of the impulse along the tangents in this sub-step, for an impulse along the normal [N s]."""
-    most: float = passed * row[c, COHESION] + row[c, FRICTION] * (pulls - row[c, PULLED])
-    return max(0.0, min(most, passed * row[c, SHEAR]) - row[c, DRAGGED])
+    sheared = passed * row[c, COHESION] + row[c, FRICTION] * (pulls - row[c, PULLED])
+    most: float = max(0.0, min(sheared, passed * row[c, SHEAR]) - row[c, DRAGGED])
+    return most
 
 
 @compiled

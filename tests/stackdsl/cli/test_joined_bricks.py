@@ -306,3 +306,12 @@ def test_sensitivities_of_the_load_factor_are_those_of_its_closed_form(stackdsl:
     assert "not computed for bricks with joints; use --of load_factor" in refused.err
     write(tmp_path, "scenario: dry\nbuild: [{column: {levels: 3}}]\n", "dry.yaml")
     assert "bears any multiple of its own weight" in stackdsl("sensitivities", "dry.yaml", "--of", "load_factor").err
+
+
+def test_explain_names_items_whose_kinds_never_touch(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    text = CORBEL.replace("joints:\n", "joints:\n  - {between: [unused, block], pull: 1 N}\n")
+    text = text.replace("brick_types:\n", "brick_types:\n  unused: {size: [10 mm, 10 mm, 10 mm], mass: 1 g}\n")
+    write(tmp_path, text, "idle.yaml")
+    idle, used = [line for line in stackdsl("explain", "idle.yaml").out.splitlines() if line.startswith("  joint ")]
+    assert idle.endswith("pull of 1 N at each corner; no two of these touch when they are set down")
+    assert "touch" not in used

@@ -14,7 +14,9 @@ LEGO = """
     brick_types: {dry: {size: [32 mm, 16 mm, 9.6 mm], mass: 2 g}}
     build:
       - bricks: [{stud: [0, 0, 0], name: low}]
-      - bricks: [{stud: [4, 0, 0], name: flat, brick: lego_tile_2x4}, {at: [88 mm, 8 mm, 4.8 mm], name: dry, brick: dry}]
+      - bricks:
+          - {stud: [4, 0, 0], name: flat, brick: lego_tile_2x4}
+          - {at: [88 mm, 8 mm, 4.8 mm], name: dry, brick: dry}
     expect: [{stands: all}]
 """
 
