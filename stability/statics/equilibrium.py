@@ -233,7 +233,11 @@ def balance(
 # forces that were computed first.
 ACCURACIES = (1e-12, 1e-12, 1e-10, 1e-8)
 MOST_STRAIGHTENED = 600  # columns, of a dense matrix
-SHUT = 1e-6  # of the fastest slip: contacts that open or close more slowly are taken as shut
+# Contacts that open or close more slowly than a share of the fastest slip are taken as shut. Where bricks move very
+# slowly in the mechanism itself, only slower ones still are, and they open by a share of that speed, which exceeds
+# rounding.
+STRAIGHTENED = ((1e-6, 0.0), (1e-8, 0.1))
+SLIGHT = 1e-7  # share of the fastest brick: so slow
 RANK = 1e-10  # smaller singular values count as zero
 STILL = (1e-4, 1e-3, 1e-5, 1e-6, 1e-7, 1e-9, 0.0)  # as `QUIET`, for the programs of bounded forces
 
@@ -474,16 +478,18 @@ def proven_motion(
             if check_motion(problem, motion, tolerances).holds:
                 return motion
         if system.bounded is not None:
-            motion = system.motion(_straightened(system, columns, share), share)
-            if check_motion(problem, motion, tolerances).holds:
-                return motion
+            for shut, lift in STRAIGHTENED if share <= SLIGHT else STRAIGHTENED[:1]:
+                motion = system.motion(_straightened(system, columns, share, shut, lift), share)
+                if check_motion(problem, motion, tolerances).holds:
+                    return motion
     return None
 
 
-def _straightened(system: WrenchMatrix, columns: Array, quiet: float) -> Array:
-    """Return velocities near the given ones for which contacts that hardly open or close are exactly shut.
+def _straightened(system: WrenchMatrix, columns: Array, quiet: float, shut: float, lift: float) -> Array:
+    """Return velocities near the given ones for which contacts that hardly open or close do not close.
 
-    A separating motion, which would open them, exists only where bricks are free to rise.
+    `shut` is the share of the largest speed below which a contact hardly opens, and `lift` the share of that speed by
+    which it then opens. A separating motion, which would open them all, exists only where bricks are free to rise.
     """
     moving = system.columns_of(system.motion(columns, quiet)) != 0.0
     columns = np.where(moving, columns, 0.0)
@@ -491,8 +497,9 @@ def _straightened(system: WrenchMatrix, columns: Array, quiet: float) -> Array:
         return columns
     for _ in range(MOST_CORRECTIONS):
         slack, slopes = system.opening(columns)
-        near = np.abs(slack) < SHUT * np.abs(slack).max(initial=0.0)
-        change = np.linalg.lstsq(slopes[near][:, moving].toarray(), -slack[near], rcond=RANK)[0]
+        speed = shut * np.abs(slack).max(initial=0.0)
+        near = np.abs(slack) < speed
+        change = np.linalg.lstsq(slopes[near][:, moving].toarray(), lift * speed - slack[near], rcond=RANK)[0]
         columns[moving] += change
     return columns
 

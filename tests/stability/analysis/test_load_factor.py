@@ -7,6 +7,7 @@ from random import Random
 
 import pytest
 
+from benchmarks.joined import FRICTION, KINDS, assembly_of, drawn, load_factors
 from stability.analysis.acceleration_margin import acceleration
 from stability.analysis.joined_acceleration import acceleration_of_joined
 from stability.analysis.load_factor import LoadFactor, load_factor
@@ -416,3 +417,16 @@ def test_strengths_that_are_no_strengths_are_refused(joint: Joint, message: str)
 def test_a_wall_of_a_closed_form_would_fall_without_its_joint() -> None:
     for built, _ in FORMS.values():
         assert built(1e-6).verdict().stability is Stability.UNSTABLE
+
+
+def test_a_mechanism_in_which_a_brick_moves_a_million_times_slower_than_others_is_proven() -> None:
+    draw = Random(677)
+    case = drawn(draw, KINDS[677 % len(KINDS)], draw.randint(2, 12))
+    low, high = load_factors(case.boxes, FRICTION, case.joint_of)
+    assembly, bricks = assembly_of(case)
+    assembly.add_all(bricks)
+    factor = load_factor(assembly.problem())
+    assert factor is not None
+    assert factor.motion is not None
+    assert low <= factor.factor <= factor.too_large <= high
+    assert factor.too_large <= (1.0 + 3e-5) * factor.factor
