@@ -98,14 +98,14 @@ def _is_same(centre: Sequence[object], size: Sequence[object], mass: object, oth
 def judged(load: ImportedLoad) -> Judged:
     """Judge a load placed at once, and measure each placement box by box."""
     bricks = placed_boxes(load)
-    assembly = _site()
+    assembly = site()
     began = process_time()
     verdict = assembly.add_all(bricks)
     seconds = process_time() - began
     began = process_time()
     guaranteed = verdict.stability is Stability.STABLE and is_guaranteed(assembly)
     guarantee_s = process_time() - began
-    placements, one_by_one = [], _site()
+    placements, one_by_one = [], site()
     for placed in sorted(bricks, key=lambda placed: (placed.pose.position_W[2], placed.brick.id)):
         began = process_time()
         each = one_by_one.add(placed.brick, placed.pose)
@@ -121,7 +121,8 @@ def is_guaranteed(assembly: Assembly) -> bool:
     return guarantee(assembly.problem(), assembly.forces()) is not None
 
 
-def _site() -> Assembly:
+def site() -> Assembly:
+    """Return the ground without boxes."""
     return Assembly(
         (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=FRICTION),), friction=FRICTION, overlap=inf
     )

@@ -37,6 +37,21 @@ STATICS_TABLES: Mapping[str, Table] = {
             Column("processor time, s", "{seconds:.0f}"),
         ),
     ),
+    "load-bounds": Table(
+        "load-bounds",
+        "correction",
+        (
+            Column("corrections of forces", "{row}"),
+            Column("pallets", "{pallets}"),
+            Column("boxes", "{boxes}"),
+            Column("median time of a box, ms", "{median_ms:.0f}"),
+            Column("slowest pallet, ms a box", "{slowest_ms:.0f}"),
+            Column("largest distance of a bound and forces, share", "{widest:.1e}"),
+            Column("false bounds", "{false}"),
+            Column("planted faults", "{planted}"),
+            Column("found", "{found}"),
+        ),
+    ),
     "survived": Table(
         "survived",
         "loads",

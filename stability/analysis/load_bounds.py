@@ -6,7 +6,7 @@ another one the greatest; both have the same matrix. The dual of each is a motio
 bound by plain arithmetic (`greatest_sum`): no forces whatever carry more, or less.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf, nan
@@ -22,9 +22,9 @@ from stability.problem import Contact, Forces, Motion, Problem, Tolerances, admi
 from stability.process_settings import one_thread
 from stability.statics.certificate import lies_on
 from stability.statics.conic_program import OffsetSeries, SolverPoint, clarabel_solve, solve
-from stability.statics.equilibrium import proven_forces, separating_motion
+from stability.statics.equilibrium import factorized_correction, proven_forces, separating_motion
 from stability.statics.load_factor import central_forces, least_forces
-from stability.statics.proof import ProofCones, greatest_sum, motion_plus, proof_cones, shortfalls
+from stability.statics.proof import ProofCones, check_forces, greatest_sum, motion_plus, proof_cones, shortfalls
 from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
 
 ACCURACY = 1e-9  # requested of the solver, whose points are corrected and checked
@@ -135,9 +135,13 @@ def _of_groups(
 class SumBounds:
     """Programs of the least and greatest weighted sums of the normal forces of one problem."""
 
-    def __init__(self, problem: Problem, tolerances: Tolerances) -> None:
-        """Set up the matrix that all programs share."""
+    def __init__(self, problem: Problem, tolerances: Tolerances, *, shared: bool = True) -> None:
+        """Set up the matrix that all programs share.
+
+        Unless `shared`, forces are not corrected by one factorization for all programs, but by one for each.
+        """
         self.problem = problem
+        self._shared = shared
         self._tolerances = rounded(problem, tolerances)
         self._system: WrenchMatrix = wrench_matrix(problem, any_law=True)
         self._cones: ProofCones | None = proof_cones(problem)
@@ -148,6 +152,7 @@ class SumBounds:
         rows, system = self._system.rows, self._system
         program = rows.program(-system.loads, -system.matrix, np.zeros(len(rows)))
         self._middle: Array | None = None
+        self._correction: Callable[[Array], Array] | None = None
         self._series = OffsetSeries(program, ACCURACY)
 
     def weights_of(self, contacts: Collection[int]) -> Array:
@@ -191,12 +196,29 @@ class SumBounds:
 
     def _balanced(self, rows: Array) -> Forces | None:
         """Return forces near the given ones that are proven to balance the problem."""
+        for share in INWARDS[1:] if self._shared else ():
+            forces = self._corrected(rows + share * (self._central() - rows))
+            if forces is not None:
+                return forces
         for share in INWARDS:
             inside = rows if share == 0.0 else rows + share * (self._central() - rows)
             forces = proven_forces(self.problem, self._system, inside, self._tolerances)
             if forces is not None:
                 return forces
         return None
+
+    def _corrected(self, rows: Array) -> Forces | None:
+        """Return forces without their residual, by the factorization of the central forces, if they are proven."""
+        system = self._system
+        if self._correction is None:
+            self._correction = factorized_correction(system, self._central())
+        if self._correction is None or not np.isfinite(rows).all():
+            return None
+        rows = system.project(rows)
+        rows = rows + self._correction(system.matrix.T @ rows + system.loads)
+        rows = rows + self._correction(system.matrix.T @ rows + system.loads)
+        forces = system.forces(rows)
+        return forces if check_forces(self.problem, forces, self._tolerances, self._cones).holds else None
 
     def _central(self) -> Array:
         """Return forces far within all limits."""
