@@ -50,7 +50,7 @@ html_show_sphinx = False
 GROUPS: Final = {
     "Start": ["install", "tutorial", "gallery", "limits", "choose", "README"],
     "Guides by reader": [
-        *("guides/pallets", "guides/masonry", "guides/earthquake", "guides/robot-assembly"),
+        *("guides/pallets", "guides/packer", "guides/masonry", "guides/earthquake", "guides/robot-assembly"),
         *("guides/engine-developers", "guides/teachers", "guides/games"),
     ],
     "How to": [

@@ -108,7 +108,10 @@ _LENGTHS, _MASSES = (
 @click.option(
     "--deck", help=f"Deck of the pallet, to report overhanging boxes: {', '.join(DECKS)}, or '1200 mm x 800 mm'."
 )
-@click.option("--surface", help="Build the pallet below the load: closed, or boards (of an EUR pallet).")
+@click.option(
+    "--surface",
+    help="Build the pallet below the load: closed, boards (of an EUR pallet), or widths such as '90 mm, 90 mm'.",
+)
 @click.option("--level", help="Height of the deck in FILE, such as '144 mm' if z counts from the floor.")
 @click.option("--overhang", help="Allowed overhang of a box beyond the deck, such as '20 mm'.")
 @click.option("--origin", nargs=3, help="Shift of the load along x, y, z, such as '0 mm' '0 mm' '1 m'.")
@@ -305,9 +308,11 @@ def _map(written: Sequence[str]) -> dict[str, str] | None:
     return columns or None
 
 
-def _deck(size: str | None, **others: str | None) -> dict[str, object] | None:
+def _deck(size: str | None, **others: str | list[str] | None) -> dict[str, object] | None:
     """Return the entry of the deck in a scenario."""
     sides = [part.strip() for part in size.split("x")] if size is not None and size not in DECKS else []
+    if isinstance(surface := others.get("surface"), str) and "," in surface:
+        others["surface"] = [width.strip() for width in surface.strip("[] ").split(",")]
     written = {"size": sides if len(sides) > 1 else size, **others}
     return {key: value for key, value in written.items() if value is not None} or None
 

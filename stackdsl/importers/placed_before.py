@@ -23,7 +23,10 @@ from stackdsl.language.yaml.source import Plain, Source
 
 Bounds: TypeAlias = tuple[Vec3, Vec3]
 # Keys of a scenario that places of bricks may depend on, or that these keys need.
-KEPT: Final = ("scenario", "brick_types", "brick", "let", "uncertain", "matrix", "cases", "exclude", "samples")
+KEPT: Final = (
+    *("scenario", "brick_types", "brick", "world", "let"),
+    *("uncertain", "matrix", "cases", "exclude", "samples"),
+)
 SQUARE: Final = 1e-9  # [deg] rounding error of a turn by a right angle
 DIGITS: Final = 12  # decimals of a metre
 

@@ -10,10 +10,11 @@ from datetime import datetime
 from hashlib import sha256
 from html import escape
 from importlib.metadata import version
-from math import degrees, fsum, hypot
+from math import atan2, degrees, fsum, hypot
 from pathlib import Path
 from typing import Final
 
+from stability.geometry.box import Box, OffCentreBox
 from stability.geometry.compound import parts_of
 from stability.geometry.placed_shape import corners_W, part_pose
 from stability.geometry.polygons import Point2, Polygon, convex_hull
@@ -32,6 +33,7 @@ AROUND: Final = 0.04  # share of the longer side of the deck that is drawn aroun
 LABEL, NAME = 0.055, 0.036  # sizes of text as shares of this side
 LEVEL: Final = 1e-6  # [m] between heights of one surface
 ROUNDING: Final = 1e-9  # [m]
+RIGHT_ANGLE, SQUARE = 90.0, 0.01  # [deg], and a turn that counts as none
 LETTER: Final = 0.62  # width of a letter as a share of its height
 
 STYLE: Final = """
@@ -43,7 +45,7 @@ h1 { margin: 0; font-size: 24px; line-height: 30px; } h2 { margin: 24px 0 8px; f
 p { margin: 4px 0; } .soft, th { color: var(--soft); }
 table { width: 100%; border-collapse: collapse; } th { text-align: left; font-weight: 600; }
 th, td { padding: 3px 12px 3px 0; border-bottom: 1px solid var(--line); vertical-align: top; overflow-wrap: anywhere; }
-th { white-space: nowrap; }
+th, td:first-child { white-space: nowrap; }
 td.number, th.number { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
 tr.failed td { color: var(--fail); font-weight: 600; }
 .verdict { margin: 16px 0; padding: 10px 14px; border: 2px solid; border-radius: 4px;
@@ -56,7 +58,8 @@ figure { margin: 0; break-inside: avoid; } figcaption { font-weight: 600; }
 svg { display: block; width: 100%; height: auto; }
 .signatures { display: grid; grid-template-columns: repeat(3, 1fr); gap: 24px; margin-top: 56px; break-inside: avoid; }
 .signatures div { border-top: 1px solid var(--ink); padding-top: 4px; color: var(--soft); }
-@media (max-width: 520px) { body { padding: 12px; } .facts, .signatures { grid-template-columns: 1fr; }
+@media (max-width: 520px) { body { padding: 12px; } table { display: block; overflow-x: auto; }
+  .facts, .signatures { grid-template-columns: 1fr; }
   .facts dd { margin-bottom: 6px; } .signatures { gap: 48px; } }
 @page { size: A4; margin: 15mm; }
 @media print { body { max-width: none; padding: 0; font-size: 10pt; line-height: 14pt; }
@@ -278,16 +281,31 @@ def _order(load: _Load) -> str:
     rows = []
     for each in load.cartons:
         x, y, z = (_plain(part) for part in each.low)
-        size = " x ".join(_plain(side) for side in each.size)
+        size = _size(each, load.deck)
         cells = (str(each.number), each.track.brick.id, str(each.layer), x, y, z, size, f"{each.track.brick.mass:.6g}")
         marks = ("" if name == "carton" else NUMBER for name in names)
         cells_ = "".join(f"<td{mark}>{escape(cell)}</td>" for mark, cell in zip(marks, cells, strict=True))
         rows.append(f"<tr{_fallen(each)}>{cells_}</tr>")
-    note = f'<p class="soft">x, y, z is the lower corner of a carton, {origin}.</p>'
+    note = f'<p class="soft">x, y, z is the lower corner of the space that a carton takes, {origin}.</p>'
     return f"{note}<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
 
 
 NUMBER: Final = ' class="number"'
+
+
+def _size(carton: _Carton, deck: BrickTrack | None) -> str:
+    """Return the sides of a carton as it lies [mm], or its own sides and its turn if it lies askew."""
+    shape, turned = carton.track.brick.shape, _yaw(carton.track) - (0.0 if deck is None else _yaw(deck))
+    askew = abs(turned - RIGHT_ANGLE * round(turned / RIGHT_ANGLE)) > SQUARE
+    if not askew or not isinstance(shape, Box | OffCentreBox):
+        return " x ".join(_plain(side) for side in carton.size)
+    return f"{' x '.join(_plain(side) for side in shape.size)}, turned {turned % 360.0:.3g} deg"
+
+
+def _yaw(track: BrickTrack) -> float:
+    """Return the turn of an upright brick about the vertical [deg]."""
+    *_, z, w = track.placed.orientation
+    return degrees(2.0 * atan2(z, w))
 
 
 def _fallen(carton: _Carton) -> str:

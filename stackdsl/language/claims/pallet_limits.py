@@ -8,14 +8,14 @@ from pydantic import Field
 
 from stability.geometry.placed_shape import corners_W
 from stability.geometry.vectors import add, body_axes, dot, scale, subtract
-from stability.model import Vec3
+from stability.model import Pose, Vec3
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
 from stackdsl.language.claims.claim_result import ClaimResult, all_of, placed, within
 from stackdsl.language.model_base import AtLeastOneKey, Shorthand
 from stackdsl.language.pallets import DECK_BRICK
 from stackdsl.language.tolerances import MassTolerance
-from stackdsl.trace import BrickTrack, Trace
+from stackdsl.trace import BrickState, BrickTrack, Trace
 from stackdsl.wording import mm
 
 SIDES: Final = (("-x", "+x"), ("-y", "+y"))
@@ -35,12 +35,17 @@ def _extents(deck: BrickTrack) -> Sequence[tuple[float, float]]:
     return [(min(along), max(along)) for along in zip(*deck.brick.shape.corners, strict=True)]
 
 
+def packed_pose(track: BrickTrack) -> Pose:
+    """Return where a brick is at the end, or where it was placed if it fell: limits are those of the packed load."""
+    return track.placed if track.state is BrickState.FALLEN else track.final
+
+
 def overhangs(deck: BrickTrack, tracks: Collection[BrickTrack]) -> list[tuple[float, str, str]]:
     """Return for each brick by how much it reaches beyond a deck [m], at which side, and its name; negative inside."""
     half = [0.5 * (high - low) for low, high in _extents(deck)]
     found = []
     for track in tracks:
-        corners = [in_deck_frame(deck, corner) for corner in corners_W(track.brick.shape, track.final)]
+        corners = [in_deck_frame(deck, corner) for corner in corners_W(track.brick.shape, packed_pose(track))]
         beyond = [
             (max(sign * corner[axis] for corner in corners) - half[axis], SIDES[axis][sign > 0])
             for axis in (0, 1)
@@ -55,7 +60,7 @@ def centre_of_mass_W(tracks: Collection[BrickTrack]) -> Vec3:
     mass = fsum(track.brick.mass for track in tracks)
     centre: Vec3 = (0.0, 0.0, 0.0)
     for track in tracks:
-        centre = add(centre, scale(track.brick.mass / mass, track.final.position_W))
+        centre = add(centre, scale(track.brick.mass / mass, packed_pose(track).position_W))
     return centre
 
 
@@ -84,7 +89,7 @@ class Overhang(Shorthand, ClaimKind):
     identifying_keys: ClassVar[tuple[str, ...]] = ("deck",)
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """Compare the largest overhang of all bricks where they are at the end."""
+        """Compare the largest overhang of all bricks."""
         if (found := deck_and_load(self.deck, trace)) is None:
             return ClaimResult(NOTHING, 0.0, "mm", passed=False)
         beyond, side, name = max(overhangs(*found))
@@ -132,7 +137,7 @@ class CentreOfMass(AtLeastOneKey, ClaimKind):
     identifying_keys: ClassVar[tuple[str, ...]] = ("deck",)
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """Compare the centre of mass where all bricks are at the end."""
+        """Compare the common centre of mass."""
         if (found := deck_and_load(self.deck, trace)) is None:
             return ClaimResult(NOTHING, 0.0, "mm", passed=False)
         deck, load = found

@@ -74,3 +74,15 @@ def test_without_a_pallet_its_limits_are_refused_with_the_remedy() -> None:
     (mistake,) = mistakes_of("- column: {levels: 2}", "expect:\n  - overhang: <= 20 mm\n")
     assert mistake.message == "there is no brick 'deck'"
     assert "build the pallet, such as with `deck: {size: EUR, surface: closed}`" in mistake.hint
+
+
+def test_a_carton_that_falls_counts_where_it_was_placed() -> None:
+    text = (
+        scene()
+        .replace("at: [300 mm, -200", "at: [620.0 mm, -200")
+        .replace("at: [300.0 mm, -200", "at: [620.0 mm, -200")
+    )
+    assert judged(text, "overhang: 320 mm ± 0.001 mm", "falls: {bricks: [b]}") == [
+        (True, "320 mm by b towards +x"),
+        (True, "b fell"),
+    ]
