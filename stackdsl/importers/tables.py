@@ -263,7 +263,7 @@ def _objects(reading: LoadReading) -> Iterator[_Row]:
         cells = {key.strip(): _Cell(_text(member), json.span(member)) for key, member in row.items()}
         if len(cells) < len(row):
             reading.wrong(json.span(node), "two keys differ only in spaces", "keep one of them")
-        invalid = [member for member in row.values() if not isinstance(member.value, str | Numeral)]
+        invalid = [member for member in row.values() if not isinstance(member.value, str | Numeral | bool)]
         for member in invalid:
             reading.wrong(json.span(member), "the cell is neither a number nor a string", "write a number or a string")
         if invalid:
@@ -272,6 +272,8 @@ def _objects(reading: LoadReading) -> Iterator[_Row]:
 
 
 def _text(node: Node) -> str:
+    if isinstance(node.value, bool):
+        return str(node.value).lower()
     return node.value.text if isinstance(node.value, Numeral) else node.value if isinstance(node.value, str) else ""
 
 

@@ -14,12 +14,17 @@ from math import atan2, degrees, fsum, hypot
 from pathlib import Path
 from typing import Final
 
+from stability.analysis.load_bounds import loads_on
+from stability.contact_law import OtherLawError
 from stability.geometry.box import Box, OffCentreBox
 from stability.geometry.compound import parts_of
 from stability.geometry.placed_shape import corners_W, part_pose
 from stability.geometry.polygons import Point2, Polygon, convex_hull
 from stability.model import Vec3
+from stability.problem import Stability
+from stability.work_limit import TooMuchWorkError
 from stackdsl.checking.cases import Case
+from stackdsl.judging.proofs import proofs_of
 from stackdsl.language.claims.claim_result import placed
 from stackdsl.language.claims.pallet_limits import centre_on_deck, in_deck_frame, overhangs
 from stackdsl.language.pallets import DECK_BRICK
@@ -34,6 +39,8 @@ LABEL, NAME = 0.055, 0.036  # sizes of text as shares of this side
 LEVEL: Final = 1e-6  # [m] between heights of one surface
 ROUNDING: Final = 1e-9  # [m]
 RIGHT_ANGLE, SQUARE = 90.0, 0.01  # [deg], and a turn that counts as none
+PROVEN, DISPROVEN = Stability.STABLE.value, Stability.UNSTABLE.value
+MOST_CARRIED: Final = 100  # cartons; the least and the greatest load of one takes tens of milliseconds
 LETTER: Final = 0.62  # width of a letter as a share of its height
 
 STYLE: Final = """
@@ -100,7 +107,7 @@ def sheet_page(case: Case, trace: Trace, result: VariantResult, margins: CaseMar
         f'<p class="soft">{escape(case.scenario.description or "")}</p>',
         _verdict(result, margins, len(load.cartons)),
         "<h2>The load</h2>",
-        _facts(_figures(load, trace, margins)),
+        _facts(_figures(case, load, margins)),
         "<h2>Limits</h2>",
         _limits(result),
         "<h2>Layers</h2>",
@@ -159,8 +166,8 @@ def _surfaces(deck: BrickTrack) -> Iterator[tuple[Polygon, float]]:
 
 def _verdict(result: VariantResult, margins: CaseMargins, cartons: int) -> str:
     failed = [outcome for outcome in result.outcomes if not outcome.passed]
-    proven = margins.verdict == "stable"
-    word = "failed" if failed or margins.verdict == "unstable" or result.status is not RunStatus.DONE else "passed"
+    proven = margins.verdict == PROVEN
+    word = "failed" if failed or margins.verdict == DISPROVEN or result.status is not RunStatus.DONE else "passed"
     word = word if proven or word == "failed" else "open"
     stands = f"{how_many(cartons, 'carton')} proven to stand" if proven else f"Not proven to stand: {margins.why}"
     if not result.outcomes:
@@ -171,7 +178,7 @@ def _verdict(result: VariantResult, margins: CaseMargins, cartons: int) -> str:
     return f'<p class="verdict {word}">{escape(stands)}; {escape(limits)}.</p>'
 
 
-def _figures(load: _Load, trace: Trace, margins: CaseMargins) -> Iterator[tuple[str, str]]:
+def _figures(case: Case, load: _Load, margins: CaseMargins) -> Iterator[tuple[str, str]]:
     tracks = [carton.track for carton in load.cartons]
     mass = fsum(track.brick.mass for track in tracks)
     top = max((carton.low[2] + carton.size[2] for carton in load.cartons), default=0.0)
@@ -199,10 +206,28 @@ def _figures(load: _Load, trace: Trace, margins: CaseMargins) -> Iterator[tuple[
         )
     if margins.unaided is not None:
         yield "Without friction between neighbours", f"{limit_text(margins.unaided)} g"
+    if margins.verdict == PROVEN and (carried := _carries_most(case, [track.brick.id for track in tracks])):
+        yield "Carries most", carried
     if (weakest := margins.weakest) is not None:
         when = f"above {limit_text(weakest.acceleration)} g towards {degrees_text(weakest.bearing)}"
         first = "no single carton" if slides_together(weakest) else weakest.brick
         yield "Weakest", f"{first}: {when}, {gives_way_text(weakest)}"
+
+
+def _carries_most(case: Case, cartons: Sequence[str]) -> str:
+    """Return the carton with the greatest proven load, and its mean pressure; empty if no load is computed."""
+    if not 1 < len(cartons) <= MOST_CARRIED:
+        return ""
+    assembly = proofs_of(case.timeline).assembly
+    try:
+        loads = loads_on(assembly.problem(), [name for name in cartons if name in assembly.bricks])
+    except (OtherLawError, TooMuchWorkError):
+        return ""
+    if not loads:
+        return ""
+    name, most = max(loads.items(), key=lambda each: each[1].greatest.force)
+    pressure = "" if most.pressure is None else f", {max(most.pressure) / 1000.0:.3g} kPa on average"
+    return f"{name}: at most {most.greatest.force / assembly.gravity:.4g} kg{pressure}"
 
 
 def _limits(result: VariantResult) -> str:

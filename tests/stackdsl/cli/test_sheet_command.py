@@ -8,7 +8,7 @@ from stackdsl.exits import ExitCode
 from tests.command_line import Stackdsl, write
 
 HEAD = "name,length_mm,width_mm,height_mm,mass_kg,x_mm,y_mm,z_mm"
-ROWS = "a,600,400,300,12,0,0,0\nb,600,400,300,12,600,0,0\nc,600,400,200.5,7.5,300,100,300\n"
+ROWS = "a,598,400,300,12,0,0,0\nb,598,400,300,12,602,0,0\nc,600,400,200.5,7.5,300,100,300\n"
 SCENARIO = """\
 scenario: load
 description: Three <cartons> & a pallet.
@@ -46,6 +46,8 @@ def test_a_sheet_has_all_that_a_person_signs(stackdsl: Stackdsl, tmp_path: Path)
     assert "weight <= 100 kg 56.5 kg met" in told
     assert "Layer 1: 2 cartons, 24 kg" in told
     assert "3 c 2 300 100 300 600 x 400 x 200.5 7.5" in told  # number, layer, corner, size, mass
+    # One end is pressed 2 mm from the middle, the other one 300 mm: 7.5 kg * 300 / 302.
+    assert re.search(r"Carries most [ab]: at most 7\.45 kg", told)
     assert re.search(r"Weakest .* above [0-9.]+ g towards", told)
     assert re.search(r"load.csv \(SHA-256 [0-9a-f]{12}", told)
     assert "Checked by" in told
@@ -59,7 +61,7 @@ def test_a_limit_that_is_not_met_and_a_load_that_falls_are_told_first(stackdsl: 
     code, page = sheet(stackdsl, tmp_path, limit="50 kg")
     assert code == ExitCode.FAILED
     assert "3 cartons proven to stand; 1 of 2 limits are not met." in words(page)
-    code, page = sheet(stackdsl, tmp_path, rows=ROWS.replace("b,600,400,300,12,600", "b,600,400,300,12,920"))
+    code, page = sheet(stackdsl, tmp_path, rows=ROWS.replace("b,598,400,300,12,602", "b,598,400,300,12,925"))
     assert code == ExitCode.FAILED
     assert "Not proven to stand: b tips over deck" in words(page)
     assert '<p class="verdict failed">' in page

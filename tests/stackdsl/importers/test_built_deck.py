@@ -185,6 +185,15 @@ def test_a_deck_that_cannot_be_built_is_refused_with_the_reason(deck: str, messa
         built(tmp_path, "a,100,100,100,1,0,0,0", f"  - import: {{file: a.csv, point: corner, deck: {deck}}}")
 
 
+def test_a_load_settles_on_layouts_and_on_earlier_loads(tmp_path: Path) -> None:
+    first = "  - column: {levels: 3}\n    brick: {size: [600 mm, 400 mm, 100 mm], mass: 5 kg}\n"
+    load = "  - import: {file: a.csv, point: centre, settle: down}\n"
+    again = "  - name: upper\n    import: {file: a.csv, point: centre, settle: down, origin: [0 mm, 0 mm, 400 mm]}"
+    case = built(tmp_path, "a,300,200,100,3,0,0,500", first + load + again)
+    middles = [each.pose.position_W[2] for each in case.timeline.placements]
+    assert middles == pytest.approx([0.05, 0.15, 0.25, 0.35, 0.45], abs=1e-9)
+
+
 SETTLED = "  - import: {file: a.csv, point: corner, settle: down}"
 
 

@@ -104,3 +104,9 @@ def test_a_label_of_sides_gives_what_lies_along_x_y_and_z() -> None:
 def test_an_unknown_orientation_is_refused() -> None:
     text = PLAIN.replace("z [mm]", "z [mm],rotated").replace(",0,0\n", ",0,0,LLH\n")
     assert "`rotated`: 'LLH' is not an orientation" in mistake(text)
+
+
+def test_json_says_with_true_and_false_whether_a_carton_is_rotated() -> None:
+    sides = '"length [mm]": 400, "width [mm]": 300, "height [mm]": 200, "mass [kg]": 8, "x [mm]": 0, "y [mm]": 0'
+    load = read(f'[{{{sides}, "z [mm]": 0, "rotated": true}}, {{{sides}, "z [mm]": 200, "rotated": false}}]')
+    assert [tuple(float(1000 * side) for side in box.size) for box in load.boxes] == [(300, 400, 200), (400, 300, 200)]
