@@ -12,6 +12,7 @@ from stability.dynamics.pendulum import Pendulum
 from stability.geometry.box_distance import TOUCHING, reach_between
 from stability.geometry.compound import Compound
 from stability.geometry.placed_shape import apart, apart_from_plane, corners_W, inertia_times
+from stability.geometry.round_solid import RoundSolid
 from stability.geometry.vectors import (
     about,
     add,
@@ -326,11 +327,12 @@ def toppling_of(
 ) -> Toppling | None:
     """Return the toppling of the moving bricks; None unless it is one rotation about one axis of a proven single body.
 
-    None also with compounds, whose edges on the axis may lie within a face.
+    None also with compounds, whose edges on the axis may lie within a face, and with round bodies, which touch the axis
+    at one point of a rim.
     `others` and `planes` are the bodies that they may hit, including their supports.
     """
     bodies = [*problem.bricks.values(), *others]
-    if any(isinstance(placed.brick.shape, Compound) for placed in bodies):
+    if any(isinstance(placed.brick.shape, Compound | RoundSolid) for placed in bodies):
         return None
     part = falling_part(problem, motion, gravity)
     if part is None or not holds_together(part, 0.0):

@@ -16,14 +16,6 @@ from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Pla
 # Settings common to all engines. Each engine adds its own and leaves nothing to the engine's defaults.
 
 
-class UnplayedShapeError(TypeError):
-    """An engine does not move bricks of a shape."""
-
-    def __init__(self, brick: BodyId, engine: str) -> None:
-        super().__init__(f"the engine {engine} does not move round bricks such as '{brick}'")
-        self.brick = brick
-
-
 @dataclass(frozen=True, slots=True)
 class Package:
     """Optional Python package."""

@@ -18,6 +18,7 @@ from stability.model import IDENTITY, Face, Quaternion, Vec3
 SIDES: Final = 48  # of the drawn rims
 RINGS: Final = 12  # of a drawn sphere, from pole to pole
 KEPT: Final = 256  # cache size
+LEVEL: Final = 1.0 - 1e-12  # least vertical part of the normal of an end
 MIDDLE: Vec3 = (0.0, 0.0, 0.0)
 
 
@@ -53,7 +54,7 @@ class RoundSolid:
     @property
     def flat_faces(self) -> tuple[Face, ...]:
         """The faces of the drawn polyhedron that stand for its flat ends."""
-        return tuple(face for face in self.faces if not self.rounding and abs(face.normal[2]) == 1.0)
+        return tuple(face for face in self.faces if not self.rounding and abs(face.normal[2]) > LEVEL)
 
     def end(self, face: Face) -> tuple[Vec3, float]:
         """Return the centre of a flat end, from the centre of mass [m], and its area [m2]."""

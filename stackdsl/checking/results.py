@@ -4,7 +4,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
-from stability.geometry.round_solid import RoundSolid
 from stackdsl.checking.cases import STDIN_SHOWN, Case
 from stackdsl.checking.failure_cause import failure_cause_of
 from stackdsl.checking.micrometre import Nearby
@@ -101,10 +100,6 @@ def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
 
 
 def _obstacle(case: Case, blocked: Blocked) -> Diagnostic:
-    round_bricks = [each.brick.id for each in case.timeline.placements if isinstance(each.brick.shape, RoundSolid)]
-    if blocked.unplayed and blocked.brick in round_bricks:
-        span, hint = where_placed(blocked.brick, case.scenario, case.source), "claim `verdict`, which statics decides"
-        return Diagnostic("SD212", span, blocked.unplayed, hint)
     if blocked.unplayed:
         if not case.timeline.world.has_joints and not case.timeline.has_loads:
             first = next(iter(case.timeline.world.strengths))

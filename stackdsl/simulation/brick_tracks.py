@@ -3,12 +3,13 @@
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import degrees, dist, inf
+from math import atan2, degrees, dist, hypot, inf
 from typing import Protocol
 
 from stability.geometry.placed_shape import apart
-from stability.geometry.vectors import lean_between, turn_between
-from stability.model import BodyId, BodyState, Brick, Pose
+from stability.geometry.round_solid import RoundSolid
+from stability.geometry.vectors import cross, dot, lean_between, norm, rotate, turn_between
+from stability.model import BodyId, BodyState, Brick, ConvexShape, Pose
 from stability.name_order import in_order
 from stability.problem import Motion, Placed, Stability, Stage, Verdict
 from stability.stabilizers.protocol import Stabilizer, Update
@@ -25,6 +26,23 @@ from stackdsl.trace import (
     EventKind,
 )
 from stackdsl.wording import mm, opened_text
+
+
+def _tilt(shape: ConvexShape, rest: Pose, now: Pose, struck: bool) -> float:
+    """Return the angle by which a brick has tilted [rad].
+
+    After a hit, a rotation about the vertical is no tilt. A round brick that rolls does not tilt either: only its axis
+    counts, and a ball has none.
+    """
+    if not isinstance(shape, RoundSolid):
+        return lean_between(rest, now) if struck else turn_between(rest, now)
+    if shape.height == 0.0:
+        return 0.0
+    before, after = (rotate(pose.orientation, (0.0, 0.0, 1.0)) for pose in (rest, now))
+    if struck:
+        return abs(atan2(hypot(*after[:2]), after[2]) - atan2(hypot(*before[:2]), before[2]))
+    return atan2(norm(cross(before, after)), dot(before, after))
+
 
 # Tracks of placed bricks: rest pose, shift and tilt since, and the first brick that left its place.
 
@@ -44,7 +62,7 @@ class TrackedBrick:
     rest: Pose | None  # None until a dropped brick has come to rest
     last: Pose
     shift: float = 0.0  # [m] largest since rest
-    tilt: float = 0.0  # [rad] largest since rest; after a hit, of the vertical axis only
+    tilt: float = 0.0  # [rad] largest since rest
     sunk: float | None = None  # [m] largest below rest; None until the first hit
     slow_since: float | None = None
     not_moving: RestLimits = NOT_MOVING
@@ -85,9 +103,8 @@ class TrackedBrick:
         else:
             shift = dist(self.rest.position_W, state.pose.position_W)
             self.shift = max(self.shift, shift if shift > READ_BACK else 0.0)
-            # After a hit, a rotation about the vertical is no tilt.
-            turned = turn_between if self.sunk is None else lean_between
-            self.tilt = max(self.tilt, turned(self.rest, state.pose))
+            struck = self.sunk is not None
+            self.tilt = max(self.tilt, _tilt(self.placement.brick.shape, self.rest, state.pose, struck))
             if self.sunk is not None:
                 self.sunk = max(self.sunk, self.rest.position_W[2] - state.pose.position_W[2])
             if self.left_at is None and self.left_its_place:

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, TypeAlias
 
-from stability.engines.protocol import UnplayedShapeError
 from stability.engines.scene_scale import SAMPLING
 from stability.geometry.vectors import add
 from stability.model import GROUND, BodyId
@@ -148,9 +147,6 @@ def play(
         run = _Run(timeline, islands, measures, log, StopRule(timeline, may_stop))
         run.play()
         return run.trace(perf_counter() - started)
-    except UnplayedShapeError as error:
-        blocked = Blocked(error.brick, islands.now, error.brick, 0.0, unplayed=str(error))
-        raise BlockedPlacementError(blocked) from error
     finally:
         islands.close()
 

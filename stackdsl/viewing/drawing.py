@@ -1,7 +1,7 @@
 """Draws a scene as SVG shapes, by parallel projection and in painter's order."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Flag, StrEnum, auto
 from heapq import heappop, heappush
 from html import escape
@@ -14,6 +14,7 @@ import numpy as np
 from stability.geometry.compound import Compound
 from stability.geometry.placed_shape import part_pose
 from stability.geometry.polygons import convex_hull
+from stability.geometry.round_solid import RoundSolid
 from stability.geometry.rows import Array, cross_rows
 from stability.geometry.vectors import rotate
 from stability.model import BodyId, Brick, ConvexShape, Plane, Pose
@@ -89,6 +90,7 @@ class Solid:
     normals: Array  # (faces, 3) in W, unit, outwards
     edges: Array  # (directions, 3) in W, unit
     faces: tuple[tuple[int, ...], ...]  # indices of corners
+    is_curved: tuple[bool, ...]  # whether each face stands for a part of a curved surface
     parts: "tuple[Solid, ...]" = ()  # convex ones, of a compound
     studs: tuple[Array, ...] = ()  # (2, n, 3) rings of the foot and the top of each, in W [m]
 
@@ -106,7 +108,9 @@ class Solid:
             np.array([[rotate(pose.orientation, point) for point in ring] for ring in stud]) + pose.position_W
             for stud in studs_of(shape, pitch)
         )
-        return cls(corners, normals, _different(edges), tuple(face.corners for face in shape.faces), parts, studs)
+        curved = tuple(isinstance(shape, RoundSolid) and face not in shape.flat_faces for face in shape.faces)
+        faces = tuple(face.corners for face in shape.faces)
+        return cls(corners, normals, _different(edges), faces, curved, parts, studs)
 
     @property
     def convex_parts(self) -> "tuple[Solid, ...]":
@@ -222,6 +226,7 @@ GRAZING = 0.05  # cosine below which a plane has no grid and no shadows, which w
 LIGHT = (-0.45, 0.6, 0.66)  # direction to the light: to the right and upwards on paper, and to the viewer; unit
 DARKEST = 0.44  # share of its colour that a face turned away from the light has
 NO_FILL, DASHES = "none", "4 3"  # of bricks that are not there [px]
+SEAM = 0.5  # width of the lines between the faces of a curved surface [px]
 STEEPER = 0.5  # factor of the slope of the light along which shadows fall, so that they stay near
 THINNEST, THICKEST, OF_BRICK = 0.25, 1.0, 0.06  # outline of bricks [px], and as a share of their least side
 NAME_SIZES = (12.0, 10.0)  # of names on bricks, the first that fits [px]
@@ -320,6 +325,7 @@ class Face:
     turn: int  # of its brick in painter's order
     outline: Array  # (n, 2) [px]
     fill: str  # colour; `none` for a brick that is not there, of which only an outline is drawn
+    is_curved: bool = False  # part of a curved surface, whose edges are not drawn
 
     @property
     def area(self) -> float:
@@ -339,8 +345,8 @@ def faces_of(
         colour = colours[name]
         on_paper = paper.place(view.on_paper(solid.corners))
         faces += [
-            Face(name, turn, on_paper[list(face)], _lit(colour, float(normal @ view.light)))
-            for normal, face in zip(solid.normals, solid.faces, strict=True)
+            Face(name, turn, on_paper[list(face)], _lit(colour, float(normal @ view.light)), curved)
+            for normal, face, curved in zip(solid.normals, solid.faces, solid.is_curved, strict=True)
             if normal @ view.towards > EDGE_ON
         ]
         faces += [
@@ -366,15 +372,23 @@ def _studs(solid: Solid, view: View) -> Iterator[tuple[Array, Array]]:
 def brick_shapes(faces: Iterable[Face], rim: float) -> Iterator[str]:
     """Yield the faces of bricks, grouped by brick with its name as title; `rim` is the width of outlines [px]."""
     yield f'<g stroke="{token("outline")}" stroke-width="{rim:.2f}" stroke-linejoin="round">'
-    for (_, name), own in groupby(faces, key=lambda face: (face.turn, face.brick)):
-        shapes = "".join(f'<path d="{_path(face.outline)}" {_style(face)}/>' for face in own)
+    for (_, name), group in groupby(faces, key=lambda face: (face.turn, face.brick)):
+        own = sorted(group, key=lambda face: not face.is_curved)  # the edges of flat ends are drawn over the side
+        curved = np.concatenate([np.zeros((0, 2)), *(face.outline for face in own if face.is_curved)])
+        shapes = ""
+        if len(curved):
+            around = np.array(convex_hull([(float(x), float(y)) for x, y in curved]))
+            shapes = f'<path d="{_path(around)}" {_style(replace(own[0], is_curved=False))}/>'
+        shapes += "".join(f'<path d="{_path(face.outline)}" {_style(face)}/>' for face in own)
         yield f"<g><title>{escape(visible(name))}</title>{shapes}</g>"
     yield "</g>"
 
 
 def _style(face: Face) -> str:
-    dashed = f' stroke="{token("ink-2")}" stroke-width="1" stroke-dasharray="{DASHES}"' if face.fill == NO_FILL else ""
-    return f'fill="{face.fill}"{dashed}'
+    if face.fill == NO_FILL and not face.is_curved:
+        return f'fill="{NO_FILL}" stroke="{token("ink-2")}" stroke-width="1" stroke-dasharray="{DASHES}"'
+    # The seams of a curved surface are closed by its own colour.
+    return f'fill="{face.fill}" stroke="{face.fill}" stroke-width="{SEAM}"' if face.is_curved else f'fill="{face.fill}"'
 
 
 def rim_of(bricks: Iterable[Brick], scale: float) -> float:

@@ -4,13 +4,13 @@ from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from itertools import accumulate, chain
+from itertools import accumulate, chain, product
 
 import numpy as np
 
 from stability.contact_law import Friction, Surface
 from stability.dynamics.rigid_group import RigidGroup, member_state
-from stability.engines.protocol import FIRM, Guided, UnplayedShapeError
+from stability.engines.protocol import FIRM, Guided
 from stability.engines.rigid.mechanics import (
     ALIKE_FAR,
     AXES,
@@ -22,6 +22,7 @@ from stability.engines.rigid.mechanics import (
     POSITION,
     REACH,
     RESPONSE,
+    ROUND_WIDTH,
     SLID,
     SPIN,
     TURN,
@@ -181,12 +182,15 @@ class _Solid:
     faces: Array  # (f, 4) normals, and heights over the centre of mass of the body [m]
     loops: Sequence[Sequence[int]]
     edges: Sequence[tuple[int, int]]
+    round: Sequence[float]  # (ROUND_WIDTH,) as in `Solids.rounds`
 
 
 @lru_cache(maxsize=MOST_SHAPES)
 def _solid(shape: ConvexShape, place: Pose, radius: float) -> _Solid:
     """Return a shape at its place in a body, with edges of a radius [m]."""
     radius = min(radius, MOST_ROUNDED * shape.least_thickness)
+    if isinstance(shape, RoundSolid):
+        return _round(shape, place, radius)
     corners = _corners(shape, place)
     normals = np.array([face.normal for face in shape.faces]) @ np.array(body_axes(place.orientation))
     heights = np.sum(normals * corners[[face.corners[0] for face in shape.faces]], axis=1)
@@ -195,7 +199,20 @@ def _solid(shape: ConvexShape, place: Pose, radius: float) -> _Solid:
         faces = normals[[number for number, face in enumerate(shape.faces) if corner in face.corners]]
         inwards[corner] = np.linalg.lstsq(faces, np.full(len(faces), radius), rcond=None)[0]
     cores, loops = corners - inwards, [face.corners for face in shape.faces]
-    return _Solid(radius, np.hstack((corners, cores)), np.column_stack((normals, heights)), loops, shape.edges)
+    faces = np.column_stack((normals, heights))
+    return _Solid(radius, np.hstack((corners, cores)), faces, loops, shape.edges, [0.0] * ROUND_WIDTH)
+
+
+def _round(shape: RoundSolid, place: Pose, radius: float) -> _Solid:
+    """Return a round solid at its place in a body, with the corners of the box around it."""
+    axes, half, wide = np.array(body_axes(place.orientation)), 0.5 * shape.height, shape.widest
+    middle = np.array(place.position_W) - np.array(shape.centre_of_mass) @ axes
+    signs = np.array([*product((-1.0, 1.0), repeat=3)])
+    corners = middle + signs * np.array((wide, wide, half + shape.rounding)) @ axes
+    aside, _, axis = axes
+    discs = *(middle - half * axis), *(middle + half * axis)
+    row = *discs, *shape.radii, shape.rounding, *(axis if half else np.zeros(3)), *aside
+    return _Solid(radius, np.hstack((corners, corners)), np.zeros((0, 4)), (), (), row)
 
 
 def solids_of(
@@ -212,8 +229,6 @@ def solids_of(
     for name in bricks:
         group = bodies.groups[bodies.row[name]]
         for part in parts_of(group.bricks[name].shape):
-            if isinstance(part.shape, RoundSolid):
-                raise UnplayedShapeError(name, "rigid")
             names.append(name)
             place = part_pose(part, group.places_G[name])
             solids.append(_solid(part.shape, place, radius))  # type: ignore[arg-type]  # shapes are frozen
@@ -235,6 +250,7 @@ def solids_of(
         np.concatenate([np.zeros((0, 4)), *(solid.faces for solid in solids)]),
         _padded([loop for solid in solids for loop in solid.loops]),
         np.array([*chain(*(solid.edges for solid in solids))], np.int64).reshape(-1, 2),
+        np.array([solid.round for solid in solids], np.float64).reshape(-1, ROUND_WIDTH),
         np.array(rubbing, np.float64).reshape(len(kinds), len(kinds)),
         np.array([[*p.normal_W, dot(p.normal_W, p.point_W)] for p in planes], np.float64).reshape(-1, 4),
         np.array(on_planes, np.float64).reshape(len(kinds), len(planes)),

@@ -42,7 +42,10 @@ BODY_WIDTH = 40
 
 
 class Solids(NamedTuple):
-    """Convex solids of the bodies, in body axes, and half-spaces. Corners are counted from the first of their solid."""
+    """Convex solids of the bodies, in body axes, and half-spaces. Corners are counted from the first of their solid.
+
+    A round solid has no faces and edges, and the corners of the box around it.
+    """
 
     table: Ints  # (s + 1, 5) columns below; each range ends where that of the next row starts
     radius: Array  # (s,) of the edges [m]
@@ -50,6 +53,7 @@ class Solids(NamedTuple):
     faces: Array  # (f, 4) outward normals, and heights over the centre of mass of the body [m]
     loops: Ints  # (f, ...) number of corners of a face, and these, counter-clockwise seen from outside
     edges: Ints  # (e, 2) corners at both ends
+    rounds: Array  # (s, ROUND_WIDTH) discs of round solids, in the columns below; 0 for solids with flat faces
     friction: Array  # (k, k) of surfaces on each other
     planes: Array  # (p, 4) outward normals and heights of half-spaces
     on_planes: Array  # (k, p) friction of surfaces on half-spaces
@@ -59,6 +63,13 @@ class Solids(NamedTuple):
 # Columns of `Solids.table`.
 BODY, SURFACE = 0, 1  # row of the body, and of `friction`
 CORNER, FACE, EDGE = 2, 3, 4  # first one
+
+# Columns of `Solids.rounds`. A round solid is the convex hull of two discs across its axis, rounded by a ball.
+DISC = 0  # 3 each: the centres of the lower and of the upper disc [m]
+RADIUS = 6  # 1 each: their radii [m]
+BALL = 8  # radius [m]
+AXIS, ASIDE = 9, 12  # 3 each: unit vectors along the axis from the lower disc to the upper one, and across it
+ROUND_WIDTH = 15
 
 
 class Points(NamedTuple):
@@ -87,13 +98,18 @@ DRAGS, DRAGS_ACROSS = 30, 31  # slips along the two tangents after a unit of nor
 TURNS = 32  # spins of the first, then of the second body after unit impulses along the three axes [1/(kg m)]
 SOFTNESS = 50  # share of the impulse that an overlap takes up
 AT = 51  # the point on the second body at the start of the last sub-step, W [m]
-WIDTH = 54
+BENT = 54  # 0: both surfaces are flat, or turn little in a step; ROUND; BALLS: two balls, whose normal turns
+BEND = (
+    55  # 5 for either body, whose point is then a centre: radii of a ring and of a ball around it [m], axis of the ring
+)
+WIDTH = 65
+ROUND, BALLS = 1.0, 2.0
 
 # Columns of links, after those of points: two bodies hold together at a point by a bounded force. The impulse along the
 # normal is negative where it pulls.
-TENSION, COHESION, SHEAR = 54, 55, 56  # [N]
-PULLED, DRAGGED = 57, 58  # impulses along the normal and the tangents in earlier sub-steps of this time step [N s]
-LINK_WIDTH = 59
+TENSION, COHESION, SHEAR = 65, 66, 67  # [N]
+PULLED, DRAGGED = 68, 69  # impulses along the normal and the tangents in earlier sub-steps of this time step [N s]
+LINK_WIDTH = 70
 
 
 class Pairs(NamedTuple):
@@ -170,7 +186,7 @@ def contacts(
     """
     table, n = solids.table, len(solids.table) - 1
     placed, reach = placed_corners(bodies, table, solids.corners), np.empty(n)
-    boxes = bounding_boxes(table, placed)
+    boxes, rounds = bounding_boxes(table, placed), _placed_rounds(bodies, table, solids.rounds)
     for i in range(n):
         b = table[i, BODY]
         speed, spin = _length(bodies[b, MOTION:SPIN]), _length(bodies[b, SPIN:AXES])
@@ -183,9 +199,14 @@ def contacts(
         if bodies[table[i, BODY], INVERSE_MASS] > 0.0:
             for p in range(len(solids.planes)):
                 rubbing, known = solids.on_planes[table[i, SURFACE], p], count
-                count = _on_plane(bodies, table, i, placed, solids.planes, p, rubbing, reach[i], points, count)
+                if _is_round(rounds, i):
+                    count = _round_on_plane(
+                        bodies, table, i, rounds, solids.planes, p, rubbing, reach[i], points, count
+                    )
+                else:
+                    count = _on_plane(bodies, table, i, placed, solids.planes, p, rubbing, reach[i], points, count)
                 _sort_points(bodies, points, known, count, solids.origin)
-    polygons = np.empty((2, MOST_CORNERS, 3))
+    polygons, simplex = np.empty((2, MOST_CORNERS, 3)), np.empty((6, 10))
     scratch, codes = np.empty((4, 8)), _close_pairs(bodies, table, boxes, order)
     axes, start = np.zeros((len(codes), 3)), 0
     for k in range(len(codes)):
@@ -200,6 +221,12 @@ def contacts(
             if _separation(table, i, j, placed, axes, k) > within:
                 continue
         rubbing, known = solids.friction[table[i, SURFACE], table[j, SURFACE]], count
+        if _is_round(rounds, i) or _is_round(rounds, j):
+            count = _with_round(
+                bodies, solids, rounds, i, j, placed, within, radius, rubbing, axes, k, points, known, simplex
+            )
+            _sort_points(bodies, points, known, count, solids.origin)
+            continue
         for attempt in range(
             2
         ):  # the second if the solids are so deep in each other that the nearest edges tell nothing
@@ -258,6 +285,9 @@ def _sort_points(bodies: Array, points: Points, start: int, end: int, origin: Ar
                 ids[k - 1, column], ids[k, column] = ids[k, column], ids[k - 1, column]
             for column in range(RANK + 3):
                 row[k - 1, column], row[k, column] = row[k, column], row[k - 1, column]
+            if row[k - 1, BENT] + row[k, BENT] > 0.0:
+                for column in range(BENT, WIDTH):
+                    row[k - 1, column], row[k, column] = row[k, column], row[k - 1, column]
             k -= 1
 
 
@@ -405,7 +435,20 @@ def _add(
     r[count, PRESSES] = r[count, RUBS] = r[count, RUBS_ACROSS] = 0.0
     index[count, FIRST], index[count, SECOND] = solids
     index[count, ON_BODY], index[count, ON_OTHER] = on
-    x, y, z = normal
+    _put_frame(r, count, normal[0], normal[1], normal[2])
+    for side in range(2):
+        i = on[side]  # the axes of the world are 0, so that the offset holds its part of the gap
+        u, v, w = at[0] - bodies[i, POSITION], at[1] - bodies[i, POSITION + 1], at[2] - bodies[i, POSITION + 2]
+        for k in range(3):
+            column = AXES + k
+            r[count, 9 + 3 * side + k] = bodies[i, column] * u + bodies[i, column + 3] * v + bodies[i, column + 6] * w
+    r[count, OFFSET], r[count, FRICTION], r[count, BENT] = gap, friction, 0.0
+    return count + 1
+
+
+@compiled
+def _put_frame(r: Array, count: int, x: float, y: float, z: float) -> None:
+    """Store the normal of a point and two tangents."""
     r[count, 0], r[count, 1], r[count, 2] = x, y, z
     if abs(y) < SIDEWAYS:
         a, b, c = z, 0.0, -x
@@ -415,14 +458,6 @@ def _add(
     a, b, c = long * a, long * b, long * c
     r[count, 3], r[count, 4], r[count, 5] = a, b, c
     r[count, 6], r[count, 7], r[count, 8] = y * c - z * b, z * a - x * c, x * b - y * a
-    for side in range(2):
-        i = on[side]  # the axes of the world are 0, so that the offset holds its part of the gap
-        u, v, w = at[0] - bodies[i, POSITION], at[1] - bodies[i, POSITION + 1], at[2] - bodies[i, POSITION + 2]
-        for k in range(3):
-            column = AXES + k
-            r[count, 9 + 3 * side + k] = bodies[i, column] * u + bodies[i, column + 3] * v + bodies[i, column + 6] * w
-    r[count, OFFSET], r[count, FRICTION] = gap, friction
-    return count + 1
 
 
 @compiled
@@ -937,6 +972,989 @@ def _apart(placed: Array, v: int, w: int, p: int, q: int, scratch: Array) -> tup
     return (a - d) ** 2 + (b - e) ** 2 + (c - f) ** 2, de * de > PARALLEL * dd * ee
 
 
+# Contact points of round solids: of the true surface, without an inscribed polygon.
+#
+# A normal of a face or of a disc is taken if the two solids overlap along it. Otherwise the normal joins the nearest
+# points of two cores (Gilbert, Johnson and Keerthi, 1988). The core of a ball or a capsule is its axis, and so is that
+# of the side of a cylinder. Where a rim meets an edge or another rim, both cores are the solids without their rounded
+# edges. Points of a side, a rim and a ball follow the surface within a step: they are held by a centre that is fixed in
+# the body. A disc that lies flat touches at points of its rim, and where it crosses edges and rims. If it leans, its
+# lowest point is one of them, so it rocks about its true rim.
+
+
+RIM_POINTS = 16  # of a flat disc: until it leans, it tips by up to 1 - cos(pi / 16) = 2 % of its radius too early
+FACING = 0.98  # cosine of the angle between a normal and the axis of a disc that may lie flat
+LEANS = 1e-9  # sine of the angle between a disc and a face from which its lowest point is known
+ROLLS = 1e-6  # the same, from which the lowest point turns with the body within a step
+SIDE = 1e-6  # largest cosine of the angle between an axis and a normal of the side of a cylinder
+STEEP = 0.1  # least cosine of the angle between a normal and a face
+SHORT = 1e-6  # share of the length of a line: two points that are closer are one
+SHARPER = 1e-13  # relative accuracy of the squared distance of two cores
+MOST_ROUNDS = 64  # of the search for it
+THIN = 1e-12  # squared sine of the angle of a triangle without an area
+CORNERS = 4  # of a simplex
+LAST_CORES = 3  # attempt with the last kind of cores
+SHARP_CORE, INSET_CORE, AXIS_CORE = 0, 1, 2  # the solid; that without rounded edges; the line between its discs
+
+FIRST_TURN, LAST_TURN = 0.3, 1e-4  # [rad] steps of the search for the normal of a deep overlap
+WAYS = 8  # directions of a step
+
+# Rows of the simplex of `_core_distance` after its corners, and columns of these rows.
+RESULT = 4  # the vector from the first to the second core (3), and their nearest points (3 each) [m]
+SPARE = 5
+
+Vector = tuple[float, float, float]
+
+
+@compiled
+def _placed_rounds(bodies: Array, table: Ints, rounds: Array) -> Array:
+    """Return the round solids in W, in the columns of `Solids.rounds`."""
+    placed = np.zeros((len(rounds), ROUND_WIDTH))
+    for i in range(len(rounds)):
+        if not _is_round(rounds, i):
+            continue
+        b = table[i, BODY]
+        for first in (DISC, DISC + 3, AXIS, ASIDE):
+            for k in range(3):
+                x, y, z = bodies[b, AXES + 3 * k], bodies[b, AXES + 3 * k + 1], bodies[b, AXES + 3 * k + 2]
+                turned = x * rounds[i, first] + y * rounds[i, first + 1] + z * rounds[i, first + 2]
+                placed[i, first + k] = turned + (bodies[b, POSITION + k] if first < RADIUS else 0.0)
+        for k in range(RADIUS, AXIS):
+            placed[i, k] = rounds[i, k]
+    return placed
+
+
+@compiled
+def _is_round(rounds: Array, i: int) -> bool:
+    found: bool = rounds[i, RADIUS] + rounds[i, RADIUS + 1] + rounds[i, BALL] > 0.0
+    return found
+
+
+@compiled
+def _vector(row: Array, first: int) -> Vector:
+    return row[first], row[first + 1], row[first + 2]
+
+
+@compiled
+def _dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@compiled
+def _less(a: Vector, b: Vector) -> Vector:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@compiled
+def _plus(a: Vector, share: float, b: Vector) -> Vector:
+    """Return a vector plus a multiple of another."""
+    return a[0] + share * b[0], a[1] + share * b[1], a[2] + share * b[2]
+
+
+@compiled
+def _crossed(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@compiled
+def _outwards(row: Array, towards: Vector) -> tuple[Vector, float]:
+    """Return the unit direction across the axis that reaches farthest towards a unit direction.
+
+    The second number is the sine of the angle between axis and direction; the first is zero if both are parallel.
+    """
+    axis = _vector(row, AXIS)
+    across = _plus(towards, -_dot(towards, axis), axis)
+    sine = sqrt(_dot(across, across))
+    if sine < LEANS:
+        return (0.0, 0.0, 0.0), sine
+    return (across[0] / sine, across[1] / sine, across[2] / sine), sine
+
+
+@compiled
+def _on_line(row: Array, share: float, towards: Vector, outwards: Vector) -> Vector:
+    """Return the farthest point in a direction at a share of the line from the lower to the upper disc [m]."""
+    low, high = _vector(row, DISC), _vector(row, DISC + 3)
+    radius = row[RADIUS] + share * (row[RADIUS + 1] - row[RADIUS])
+    return _plus(_plus(_plus(low, share, _less(high, low)), radius, outwards), row[BALL], towards)
+
+
+@compiled
+def _held(row: Array, share: float, towards: Vector, outwards: Vector, sine: float) -> tuple[Vector, Array]:
+    """Return where a body holds the point of `_on_line`, and its bend: a centre, or the point itself without a bend."""
+    bend = np.zeros(5)
+    if row[BALL] == 0.0 and sine < ROLLS:
+        return _on_line(row, share, towards, outwards), bend
+    low = _vector(row, DISC)
+    bend[0], bend[1] = row[RADIUS] + share * (row[RADIUS + 1] - row[RADIUS]), row[BALL]
+    for k in range(3):
+        bend[2 + k] = row[AXIS + k]
+    return _plus(low, share, _less(_vector(row, DISC + 3), low)), bend
+
+
+@compiled
+def _facing_disc(row: Array, towards: Vector) -> int:
+    """Return the disc, 0 or 1, that may lie flat on what is in a direction, or -1."""
+    cosine = _dot(_vector(row, AXIS), towards)
+    disc = 1 if cosine > 0.0 else 0
+    return disc if row[BALL] == 0.0 and abs(cosine) > FACING and row[RADIUS + disc] > 0.0 else -1
+
+
+@compiled
+def _rim_point(row: Array, disc: int, number: int) -> Vector:
+    """Return one of the rim points of a disc, which are fixed in the body."""
+    angle = 2.0 * pi * number / RIM_POINTS
+    aside, axis = _vector(row, ASIDE), _vector(row, AXIS)
+    across = _crossed(axis, aside)
+    radius = row[RADIUS + disc]
+    return _plus(_plus(_vector(row, DISC + 3 * disc), radius * cos(angle), aside), radius * sin(angle), across)
+
+
+@compiled
+def _farthest(table: Ints, placed: Array, rounds: Array, i: int, core: int, radius: float, towards: Vector) -> Vector:
+    """Return the farthest point of a core in a direction [m]; `radius` is that of the edges."""
+    if not _is_round(rounds, i):
+        first = CORE if core == INSET_CORE else 0
+        most, best = -np.inf, table[i, CORNER]
+        for c in range(table[i, CORNER], table[i + 1, CORNER]):
+            along = (
+                towards[0] * placed[c, first] + towards[1] * placed[c, first + 1] + towards[2] * placed[c, first + 2]
+            )
+            if along > most:
+                most, best = along, c
+        return _vector(placed[best], first)
+    row = rounds[i]
+    axis, low, high = _vector(row, AXIS), _vector(row, DISC), _vector(row, DISC + 3)
+    bottom, top = (0.0, 0.0) if core == AXIS_CORE else (row[RADIUS], row[RADIUS + 1])
+    if core == INSET_CORE and row[BALL] == 0.0:
+        height = _dot(_less(high, low), axis)
+        slope = (top - bottom) / height
+        inwards = radius * sqrt(1.0 + slope * slope)
+        bottom, top = max(0.0, bottom + slope * radius - inwards), max(0.0, top - slope * radius - inwards)
+        low, high = _plus(low, radius, axis), _plus(high, -radius, axis)
+    along = _dot(axis, towards)
+    across = _plus(towards, -along, axis)
+    sine = sqrt(_dot(across, across))
+    if _dot(high, towards) + top * sine >= _dot(low, towards) + bottom * sine:
+        low, bottom = high, top
+    return _plus(low, bottom / sine, across) if sine > 0.0 else low
+
+
+@compiled
+def _extent(table: Ints, placed: Array, rounds: Array, i: int, towards: Vector) -> float:
+    """Return how far a solid reaches in a unit direction, from the origin of W [m]."""
+    far, ball = _dot(_farthest(table, placed, rounds, i, SHARP_CORE, 0.0, towards), towards), float(rounds[i, BALL])
+    return far + ball
+
+
+@compiled
+def _core_distance(
+    table: Ints,
+    placed: Array,
+    rounds: Array,
+    solids: tuple[int, int],
+    cores: tuple[int, int],
+    radius: float,
+    start: Vector,
+    simplex: Array,
+) -> float:
+    """Return the distance of two cores [m], 0 if they overlap; the rest is in row RESULT of the simplex.
+
+    The search starts in a direction from the first to the second.
+    """
+    i, j = solids
+    way, square, count = start, np.inf, 0
+    for _ in range(MOST_ROUNDS):
+        a = _farthest(table, placed, rounds, i, cores[0], radius, way)
+        b = _farthest(table, placed, rounds, j, cores[1], radius, (-way[0], -way[1], -way[2]))
+        w = _less(b, a)
+        if count > 0 and square - _dot(way, w) <= SHARPER * square:
+            break
+        for k in range(3):
+            simplex[count, k], simplex[count, 3 + k], simplex[count, 6 + k] = w[k], a[k], b[k]
+        kept = _nearest_in_simplex(simplex, count + 1)
+        way = _vector(simplex[SPARE], 0)
+        shorter = _dot(way, way)
+        if kept == CORNERS or shorter == 0.0:
+            return 0.0
+        if shorter >= square:
+            break
+        square, count = shorter, kept
+        for k in range(9):
+            simplex[RESULT, k] = simplex[SPARE, k]
+    return sqrt(square)
+
+
+@compiled
+def _nearest_in_simplex(simplex: Array, count: int) -> int:  # noqa: PLR0915 -- a case for each number of corners
+    """Reduce a simplex to the corners around its point that is nearest to the origin; return their number.
+
+    The point, which is a mean of the corners, is stored in row SPARE. All parts that have the last corner are tried.
+    """
+    last, least, best = count - 1, np.inf, 1
+    shares, found = np.zeros(CORNERS), np.zeros(CORNERS)
+    newest = _vector(simplex[last], 0)
+    for part in range(1 << last):
+        members = 0
+        for k in range(last):
+            members += (part >> k) & 1
+        p = q = -1
+        for k in range(last):
+            if (part >> k) & 1:
+                if p < 0:
+                    p = k
+                elif q < 0:
+                    q = k
+        for k in range(CORNERS):
+            shares[k] = 0.0
+        if members == 0:
+            shares[last] = 1.0
+        elif members == 1:
+            e = _less(_vector(simplex[p], 0), newest)
+            square = _dot(e, e)
+            if square == 0.0:
+                continue
+            shares[p] = -_dot(newest, e) / square
+        elif members == LINE:
+            e, f = _less(_vector(simplex[p], 0), newest), _less(_vector(simplex[q], 0), newest)
+            ee, ff, ef = _dot(e, e), _dot(f, f), _dot(e, f)
+            flat = ee * ff - ef * ef
+            if flat <= THIN * ee * ff:
+                continue
+            ne, nf = -_dot(newest, e), -_dot(newest, f)
+            shares[p], shares[q] = (ne * ff - nf * ef) / flat, (nf * ee - ne * ef) / flat
+        else:
+            e, f = _less(_vector(simplex[0], 0), newest), _less(_vector(simplex[1], 0), newest)
+            g = _less(_vector(simplex[2], 0), newest)
+            volume = _dot(e, _crossed(f, g))
+            if volume * volume <= THIN * _dot(e, e) * _dot(f, f) * _dot(g, g):
+                continue
+            shares[0] = -_dot(newest, _crossed(f, g)) / volume
+            shares[1] = -_dot(newest, _crossed(g, e)) / volume
+            shares[2] = -_dot(newest, _crossed(e, f)) / volume
+        rest, inside = 1.0, True
+        for k in range(last):
+            rest -= shares[k]
+            inside = inside and (((part >> k) & 1) == 0 or shares[k] > 0.0)
+        shares[last] = rest
+        if not inside or rest <= 0.0:
+            continue
+        x = y = z = 0.0
+        if members < CORNERS - 1:
+            for k in range(count):
+                x, y, z = x + shares[k] * simplex[k, 0], y + shares[k] * simplex[k, 1], z + shares[k] * simplex[k, 2]
+        square = x * x + y * y + z * z
+        if square < least:
+            least, best = square, members + 1
+            for k in range(CORNERS):
+                found[k] = shares[k]
+            simplex[SPARE, 0], simplex[SPARE, 1], simplex[SPARE, 2] = x, y, z
+    for column in range(3, 9):
+        mean = 0.0
+        for k in range(count):
+            mean += found[k] * simplex[k, column]
+        simplex[SPARE, column] = mean
+    kept = 0
+    for k in range(count):
+        if found[k] > 0.0:
+            for column in range(9):
+                simplex[kept, column] = simplex[k, column]
+            kept += 1
+    return best
+
+
+@compiled
+def _put(
+    bodies: Array,
+    points: Points,
+    count: int,
+    pair: tuple[int, int],
+    on: tuple[int, int],
+    swapped: bool,
+    normal: Vector,
+    low: Vector,
+    low_bend: Array,
+    high: Vector,
+    high_bend: Array,
+    offset: float,
+    friction: float,
+) -> int:
+    """Add a point between a lower and a higher surface along a normal; return the number of points.
+
+    The places are points of W or, with a bend, centres. The pair is that of the first and the second solid, of which
+    the higher one is the first if they are `swapped`.
+    """
+    if swapped:
+        normal, low, high = (-normal[0], -normal[1], -normal[2]), high, low
+        low_bend, high_bend = high_bend, low_bend
+    count = _add(bodies, points, count, pair, on, normal, low, offset, friction)
+    if count > len(points.ids):
+        return count
+    r, b = points.row[count - 1], on[1]
+    x, y, z = high[0] - bodies[b, POSITION], high[1] - bodies[b, POSITION + 1], high[2] - bodies[b, POSITION + 2]
+    for k in range(3):
+        r[ON_SECOND + k] = bodies[b, AXES + k] * x + bodies[b, AXES + 3 + k] * y + bodies[b, AXES + 6 + k] * z
+    r[BENT] = ROUND
+    for side in range(2):
+        bend, to, b = (low_bend, BEND, on[0]) if side == 0 else (high_bend, BEND + 5, on[1])
+        r[to], r[to + 1] = bend[0], bend[1]
+        for k in range(3):
+            turned = (
+                bodies[b, AXES + k] * bend[2] + bodies[b, AXES + 3 + k] * bend[3] + bodies[b, AXES + 6 + k] * bend[4]
+            )
+            r[to + 2 + k] = turned
+    return count
+
+
+@compiled
+def _surface(bodies: Array, i: int, row: Array, c: int, side: int, x: float, y: float, z: float) -> Vector:
+    """Return the arm of the point of a surface along a normal, from the arm of its centre [m]."""
+    first = BEND + 5 * side
+    ring, ball = row[c, first], row[c, first + 1]
+    sign = 1.0 - 2.0 * side
+    normal = _vector(row[c], NORMAL)
+    x, y, z = x + sign * ball * normal[0], y + sign * ball * normal[1], z + sign * ball * normal[2]
+    if ring > 0.0:
+        u, v, w = row[c, first + 2], row[c, first + 3], row[c, first + 4]
+        axis = (
+            bodies[i, AXES] * u + bodies[i, AXES + 1] * v + bodies[i, AXES + 2] * w,
+            bodies[i, AXES + 3] * u + bodies[i, AXES + 4] * v + bodies[i, AXES + 5] * w,
+            bodies[i, AXES + 6] * u + bodies[i, AXES + 7] * v + bodies[i, AXES + 8] * w,
+        )
+        across = _plus(normal, -_dot(normal, axis), axis)
+        sine = sqrt(_dot(across, across))
+        if sine > LEANS:
+            share = sign * ring / sine
+            x, y, z = x + share * across[0], y + share * across[1], z + share * across[2]
+    return x, y, z
+
+
+@compiled
+def _turn_normal(bodies: Array, index: Ints, row: Array, c: int) -> None:
+    """Turn the normal of two balls into the line between their centres."""
+    centre = np.zeros(3)
+    for side in range(2):
+        i, on, sign = index[c, ON_BODY + side], ON_FIRST + 3 * side, 2.0 * side - 1.0
+        u, v, w = row[c, on], row[c, on + 1], row[c, on + 2]
+        for k in range(3):
+            x, y, z = bodies[i, AXES + 3 * k], bodies[i, AXES + 3 * k + 1], bodies[i, AXES + 3 * k + 2]
+            centre[k] += sign * (bodies[i, POSITION + k] + x * u + y * v + z * w)
+    far = _length(centre)
+    if far > 0.0:
+        _put_frame(row, c, centre[0] / far, centre[1] / far, centre[2] / far)
+
+
+@compiled
+def _round_on_plane(
+    bodies: Array,
+    table: Ints,
+    i: int,
+    rounds: Array,
+    planes: Array,
+    p: int,
+    rubbing: float,
+    reach: float,
+    points: Points,
+    count: int,
+) -> int:
+    """Add the lowest points of a round solid that are within reach of a half-space [m]."""
+    row, normal, height, none = rounds[i], _vector(planes[p], 0), planes[p, 3], np.zeros(5)
+    down = (-normal[0], -normal[1], -normal[2])
+    pair, on, origin = (-1 - p, i), (len(bodies) - 1, table[i, BODY]), (0.0, 0.0, 0.0)
+    outwards, sine = _outwards(row, down)
+    disc = _facing_disc(row, down)
+    ends = 1 if row[AXIS] == row[AXIS + 1] == row[AXIS + 2] == 0.0 else 2
+    for end in range(ends):
+        if disc >= 0 and sine < LEANS:
+            break
+        if _dot(_on_line(row, float(end), down, outwards), normal) - height < reach:
+            at, bend = _held(row, float(end), down, outwards, sine)
+            count = _put(bodies, points, count, pair, on, False, normal, origin, none, at, bend, -height, rubbing)
+    if disc >= 0:
+        for number in range(RIM_POINTS):
+            at = _rim_point(row, disc, number)
+            if _dot(at, normal) - height < reach:
+                count = _put(bodies, points, count, pair, on, False, normal, origin, none, at, none, -height, rubbing)
+    return count
+
+
+@compiled
+def _with_round(
+    bodies: Array,
+    solids: Solids,
+    rounds: Array,
+    i: int,
+    j: int,
+    placed: Array,
+    reach: float,
+    radius: float,
+    rubbing: float,
+    axes: Array,
+    k: int,
+    points: Points,
+    known: int,
+    simplex: Array,
+) -> int:
+    """Add the points of two solids, of which one is round, within reach [m]; their normal is stored as axis k.
+
+    Return the number of points.
+    """
+    table, count, nearest = solids.table, known, np.inf
+    apart, face, is_flat = _best_face(bodies, solids, rounds, i, j, placed)
+    if apart > reach:
+        _store(axes, k, face)
+        return known
+    # A deep overlap along a face tells little: two cylinders side by side overlap in all of their height.
+    if apart > -radius:
+        count, nearest = _along_normal(bodies, solids, rounds, i, j, placed, face, reach, rubbing, points, known)
+        if nearest <= apart + (radius if is_flat else WARPED * radius):
+            _store(axes, k, face)
+            return count
+    normal, core, outer = _normal_of_cores(table, placed, rounds, i, j, radius, _vector(axes[k], 0), simplex)
+    gap = -_extent(table, placed, rounds, i, normal)
+    gap -= _extent(table, placed, rounds, j, (-normal[0], -normal[1], -normal[2]))
+    if core[0] < 0:
+        normal, gap = (face, apart) if apart > gap else (normal, gap)
+        normal, gap = _least_overlap(table, placed, rounds, i, j, normal, gap)
+    _store(axes, k, normal)
+    if gap > reach:
+        return known
+    count, nearest = _along_normal(bodies, solids, rounds, i, j, placed, normal, reach, rubbing, points, known)
+    if nearest <= gap + SLIGHT * radius:
+        return count
+    if core[0] < 0:
+        count = _in_overlap(bodies, table, placed, rounds, i, j, normal, gap, rubbing, points, count)
+    else:
+        count = _at_cores(
+            bodies, table, rounds, i, j, core, outer, normal, gap, radius, rubbing, points, count, simplex
+        )
+    return count
+
+
+@compiled
+def _store(axes: Array, k: int, normal: Vector) -> None:
+    axes[k, 0], axes[k, 1], axes[k, 2] = normal
+
+
+@compiled
+def _best_face(
+    bodies: Array, solids: Solids, rounds: Array, i: int, j: int, placed: Array
+) -> tuple[float, Vector, bool]:
+    """Return the largest gap of two solids along the normal of a face or a disc [m], and this normal, from i to j.
+
+    The third value tells that a disc lies flat on a face or another disc. Without faces and discs the gap is -inf.
+    """
+    table, faces = solids.table, solids.faces
+    most, best = -np.inf, (0.0, 0.0, 0.0)
+    for side in range(2):
+        one, other, sign = (i, j, 1.0) if side == 0 else (j, i, -1.0)
+        b = table[one, BODY]
+        for f in range(table[one, FACE], table[one + 1, FACE]):
+            u, v, w = faces[f, 0], faces[f, 1], faces[f, 2]
+            x = bodies[b, AXES] * u + bodies[b, AXES + 1] * v + bodies[b, AXES + 2] * w
+            y = bodies[b, AXES + 3] * u + bodies[b, AXES + 4] * v + bodies[b, AXES + 5] * w
+            z = bodies[b, AXES + 6] * u + bodies[b, AXES + 7] * v + bodies[b, AXES + 8] * w
+            height = faces[f, 3] + x * bodies[b, POSITION] + y * bodies[b, POSITION + 1] + z * bodies[b, POSITION + 2]
+            gap = -_extent(table, placed, rounds, other, (-x, -y, -z)) - height
+            if gap > most + EITHER:
+                most, best = gap, (sign * x, sign * y, sign * z)
+        if rounds[one, BALL] == 0.0:
+            for disc in range(2):
+                if rounds[one, RADIUS + disc] > 0.0:
+                    out = 2.0 * disc - 1.0
+                    x, y, z = out * rounds[one, AXIS], out * rounds[one, AXIS + 1], out * rounds[one, AXIS + 2]
+                    height = _dot(_vector(rounds[one], DISC + 3 * disc), (x, y, z))
+                    gap = -_extent(table, placed, rounds, other, (-x, -y, -z)) - height
+                    if gap > most + EITHER:
+                        most, best = gap, (sign * x, sign * y, sign * z)
+    flat = True
+    for side in range(2):
+        one, sign = (i, 1.0) if side == 0 else (j, -1.0)
+        if _is_round(rounds, one):
+            cosine = abs(_dot(_vector(rounds[one], AXIS), best))
+            flat = flat and rounds[one, BALL] == 0.0 and cosine > FLAT
+    return most, best, flat
+
+
+@compiled
+def _normal_of_cores(
+    table: Ints,
+    placed: Array,
+    rounds: Array,
+    i: int,
+    j: int,
+    radius: float,
+    known: Vector,
+    simplex: Array,
+) -> tuple[Vector, tuple[int, int], tuple[float, float]]:
+    """Return the unit normal of two solids whose edges, rims or sides meet, from the first to the second.
+
+    With it come their cores, and the distances of these from the surfaces [m]. If all cores overlap, the normal is the
+    known one, or that between the middles of the solids, and the cores are -1.
+    """
+    start = known if _dot(known, known) > 0.0 else _less(_middle(table, placed, j), _middle(table, placed, i))
+    if _dot(start, start) == 0.0:
+        start = (0.0, 0.0, 1.0)
+    for attempt in range(LAST_CORES + 1):
+        cores, outer = np.zeros(2, np.int64), np.zeros(2)
+        for side in range(2):
+            one = i if side == 0 else j
+            ball, low, high = rounds[one, BALL], rounds[one, RADIUS], rounds[one, RADIUS + 1]
+            is_ball, is_cylinder = ball > 0.0, low > 0.0 and low == high
+            if is_ball or (is_cylinder and (attempt == 0 or attempt == 1 + side)):
+                cores[side], outer[side] = AXIS_CORE, ball + low
+            elif attempt == LAST_CORES:
+                cores[side], outer[side] = INSET_CORE, radius
+        if cores[0] == cores[1] == SHARP_CORE:
+            continue
+        if attempt == LAST_CORES and (rounds[i, BALL] > 0.0 or rounds[j, BALL] > 0.0):
+            continue
+        core = (cores[0], cores[1])
+        far = _core_distance(table, placed, rounds, (i, j), core, radius, start, simplex)
+        if far <= DEEP * radius:
+            continue
+        way = _vector(simplex[RESULT], 0)
+        normal, is_right = (way[0] / far, way[1] / far, way[2] / far), True
+        for side in range(2):
+            one = i if side == 0 else j
+            if cores[side] == AXIS_CORE and rounds[one, BALL] == 0.0:
+                is_right = is_right and abs(_dot(_vector(rounds[one], AXIS), normal)) < SIDE
+        if is_right:
+            return normal, core, (outer[0], outer[1])
+    long = 1.0 / sqrt(_dot(start, start))
+    return (long * start[0], long * start[1], long * start[2]), (-1, -1), (0.0, 0.0)
+
+
+@compiled
+def _least_overlap(
+    table: Ints, placed: Array, rounds: Array, i: int, j: int, normal: Vector, gap: float
+) -> tuple[Vector, float]:
+    """Return the normal near another one along which two deep solids overlap least, and the gap along it [m]."""
+    step = FIRST_TURN
+    while step > LAST_TURN:
+        first = _crossed(normal, (1.0, 0.0, 0.0) if abs(normal[0]) < SIDEWAYS else (0.0, 1.0, 0.0))
+        long = 1.0 / sqrt(_dot(first, first))
+        first = (long * first[0], long * first[1], long * first[2])
+        second = _crossed(normal, first)
+        best, most = normal, gap
+        for way in range(WAYS):
+            angle = 2.0 * pi * way / WAYS
+            tried = _plus(_plus(normal, step * cos(angle), first), step * sin(angle), second)
+            long = 1.0 / sqrt(_dot(tried, tried))
+            tried = (long * tried[0], long * tried[1], long * tried[2])
+            found = -_extent(table, placed, rounds, i, tried)
+            found -= _extent(table, placed, rounds, j, (-tried[0], -tried[1], -tried[2]))
+            if found > most:
+                best, most = tried, found
+        if most > gap:
+            normal, gap = best, most
+        else:
+            step *= 0.5
+    return normal, gap
+
+
+@compiled
+def _in_overlap(
+    bodies: Array,
+    table: Ints,
+    placed: Array,
+    rounds: Array,
+    i: int,
+    j: int,
+    normal: Vector,
+    gap: float,
+    rubbing: float,
+    points: Points,
+    count: int,
+) -> int:
+    """Add a point amid the points of two solids that are farthest in each other."""
+    back, none = (-normal[0], -normal[1], -normal[2]), np.zeros(5)
+    a = _plus(_farthest(table, placed, rounds, i, SHARP_CORE, 0.0, normal), rounds[i, BALL], normal)
+    b = _plus(_farthest(table, placed, rounds, j, SHARP_CORE, 0.0, back), rounds[j, BALL], back)
+    middle = _plus(a, 0.5, _less(b, a))
+    low, high = _plus(middle, -0.5 * gap, normal), _plus(middle, 0.5 * gap, normal)
+    on = (table[i, BODY], table[j, BODY])
+    return _put(bodies, points, count, (i, j), on, False, normal, low, none, high, none, 0.0, rubbing)
+
+
+@compiled
+def _middle(table: Ints, placed: Array, i: int) -> Vector:
+    """Return the mean of the corners of a solid [m]."""
+    x, y, z, share = 0.0, 0.0, 0.0, 1.0 / (table[i + 1, CORNER] - table[i, CORNER])
+    for c in range(table[i, CORNER], table[i + 1, CORNER]):
+        x, y, z = x + share * placed[c, 0], y + share * placed[c, 1], z + share * placed[c, 2]
+    return x, y, z
+
+
+@compiled
+def _at_cores(
+    bodies: Array,
+    table: Ints,
+    rounds: Array,
+    i: int,
+    j: int,
+    core: tuple[int, int],
+    outer: tuple[float, float],
+    normal: Vector,
+    apart: float,
+    radius: float,
+    rubbing: float,
+    points: Points,
+    count: int,
+    simplex: Array,
+) -> int:
+    """Add the point at which two cores are nearest, with the gap of the solids along the normal [m]."""
+    bends, balls = np.zeros((2, 5)), 0
+    places = np.zeros((2, 3))
+    gap = apart
+    for side in range(2):
+        one, sign = (i, 1.0) if side == 0 else (j, -1.0)
+        towards = (sign * normal[0], sign * normal[1], sign * normal[2])
+        on_core = _vector(simplex[RESULT], 3 + 3 * side)
+        at = on_surface = _plus(on_core, outer[side], towards)
+        row = rounds[one]
+        if core[side] == AXIS_CORE:
+            at = on_core
+            bends[side, 0], bends[side, 1] = outer[side] - row[BALL], row[BALL]
+            for k in range(3):
+                bends[side, 2 + k] = row[AXIS + k]
+            if row[BALL] > 0.0 and _dot(_vector(row, AXIS), _vector(row, AXIS)) == 0.0:
+                balls += 1
+        elif _is_round(rounds, one):
+            outwards, sine = _outwards(row, towards)
+            for end in range(2):
+                on_rim = _on_line(row, float(end), towards, outwards)
+                off = _less(on_rim, on_surface)
+                if sine > ROLLS and _dot(off, off) < (SHARP * radius) ** 2:
+                    at, bend = _held(row, float(end), towards, outwards, sine)
+                    on_surface = on_rim
+                    for k in range(5):
+                        bends[side, k] = bend[k]
+        gap += sign * _dot(on_surface, normal)
+        places[side, 0], places[side, 1], places[side, 2] = at
+    on, low, high = (table[i, BODY], table[j, BODY]), _vector(places[0], 0), _vector(places[1], 0)
+    # The surfaces are those of sharp edges, so their distance along the normal may differ from that of the cores.
+    count = _put(bodies, points, count, (i, j), on, False, normal, low, bends[0], high, bends[1], gap, rubbing)
+    if balls == 2 and count <= len(points.ids):  # noqa: PLR2004 -- both
+        points.row[count - 1, BENT] = BALLS
+    return count
+
+
+@compiled
+def _along_normal(
+    bodies: Array,
+    solids: Solids,
+    rounds: Array,
+    i: int,
+    j: int,
+    placed: Array,
+    normal: Vector,
+    reach: float,
+    rubbing: float,
+    points: Points,
+    count: int,
+) -> tuple[int, float]:
+    """Add the points at which two solids face each other along a normal; return their number, and the least gap [m]."""
+    table = solids.table
+    pair, on = (i, j), (table[i, BODY], table[j, BODY])
+    if not _is_round(rounds, i):
+        return _on_face(bodies, solids, i, placed, rounds[j], normal, pair, on, False, reach, rubbing, points, count)
+    if not _is_round(rounds, j):
+        back = (-normal[0], -normal[1], -normal[2])
+        return _on_face(bodies, solids, j, placed, rounds[i], back, pair, on, True, reach, rubbing, points, count)
+    return _between_rounds(bodies, rounds, normal, pair, on, reach, rubbing, points, count)
+
+
+@compiled
+def _on_face(  # noqa: PLR0915 -- points of a line, a rim and a face
+    bodies: Array,
+    solids: Solids,
+    i: int,
+    placed: Array,
+    row: Array,
+    normal: Vector,
+    pair: tuple[int, int],
+    on: tuple[int, int],
+    swapped: bool,
+    reach: float,
+    rubbing: float,
+    points: Points,
+    count: int,
+) -> tuple[int, float]:
+    """Add the points at which a round solid lies on the face of a solid that faces it along a normal."""
+    table, faces, loops, none = solids.table, solids.faces, solids.loops, np.zeros(5)
+    b = table[i, BODY]
+    steepest, face, plane = STEEP, -1, (0.0, 0.0, 0.0)
+    for f in range(table[i, FACE], table[i + 1, FACE]):
+        u, v, w = faces[f, 0], faces[f, 1], faces[f, 2]
+        x = bodies[b, AXES] * u + bodies[b, AXES + 1] * v + bodies[b, AXES + 2] * w
+        y = bodies[b, AXES + 3] * u + bodies[b, AXES + 4] * v + bodies[b, AXES + 5] * w
+        z = bodies[b, AXES + 6] * u + bodies[b, AXES + 7] * v + bodies[b, AXES + 8] * w
+        if _dot((x, y, z), normal) > steepest:
+            steepest, face, plane = _dot((x, y, z), normal), f, (x, y, z)
+    if face < 0:
+        return count, np.inf
+    sides, origin = loops[face, 0], _vector(placed[table[i, CORNER] + loops[face, 1]], 0)
+    down, nearest = (-normal[0], -normal[1], -normal[2]), np.inf
+    outwards, sine = _outwards(row, down)
+    disc = _facing_disc(row, down)
+    if disc < 0 or sine >= LEANS:
+        start, end = _on_line(row, 0.0, down, outwards), _on_line(row, 1.0, down, outwards)
+        low, high = 0.0, 1.0
+        for side in range(sides):
+            corner, following = _side(table, loops, i, face, placed, side)
+            out = _crossed(_less(following, corner), normal)
+            long = 1.0 / sqrt(_dot(out, out))
+            low, high = _clipped(
+                low, high, long * _dot(out, _less(start, corner)), long * _dot(out, _less(end, corner))
+            )
+        length = _less(end, start)
+        apart = (high - low) * sqrt(_dot(length, length))
+        number = 0 if low > high else (2 if apart > SHORT * sqrt(_dot(length, length)) else 1)
+        for point in range(number):
+            share = low if point == 0 else high
+            at = _on_line(row, share, down, outwards)
+            gap = _dot(_less(at, origin), plane) / steepest
+            nearest = min(nearest, gap)
+            if gap < reach:
+                held, bend = _held(row, share, down, outwards, sine)
+                below = _plus(at, -gap, normal)
+                count = _put(bodies, points, count, pair, on, swapped, normal, below, none, held, bend, 0.0, rubbing)
+    if disc < 0:
+        return count, nearest
+    axis, centre, radius = _vector(row, AXIS), _vector(row, DISC + 3 * disc), row[RADIUS + disc]
+    upright = _dot(axis, normal)
+    for number in range(RIM_POINTS):
+        at = _rim_point(row, disc, number)
+        gap = _dot(_less(at, origin), plane) / steepest
+        inside = gap < reach
+        for side in range(sides):
+            if inside:
+                corner, following = _side(table, loops, i, face, placed, side)
+                out = _crossed(_less(following, corner), normal)
+                inside = _dot(out, _less(at, corner)) <= EITHER * sqrt(_dot(out, out))
+        if inside:
+            nearest = min(nearest, gap)
+            below = _plus(at, -gap, normal)
+            count = _put(bodies, points, count, pair, on, swapped, normal, below, none, at, none, 0.0, rubbing)
+    for side in range(sides):  # corners of the face in the disc, and where its sides cross the rim
+        corner, following = _side(table, loops, i, face, placed, side)
+        p = _plus(corner, _dot(_less(centre, corner), axis) / upright, normal)
+        q = _plus(following, _dot(_less(centre, following), axis) / upright, normal)
+        low, high = _in_circle(p, q, centre, radius)
+        for point in range(3):
+            share = 0.0 if point == 0 else (low if point == 1 else high)
+            if (point == 0 and low == 0.0 and high > 0.0) or (point > 0 and low < high and 0.0 < share < 1.0):
+                below, at = _plus(corner, share, _less(following, corner)), _plus(p, share, _less(q, p))
+                gap = _dot(_less(at, below), normal)
+                nearest = min(nearest, gap)
+                if gap < reach:
+                    count = _put(bodies, points, count, pair, on, swapped, normal, below, none, at, none, 0.0, rubbing)
+    return count, nearest
+
+
+@compiled
+def _side(table: Ints, loops: Ints, i: int, face: int, placed: Array, side: int) -> tuple[Vector, Vector]:
+    """Return the two ends of a side of a face [m]."""
+    sides, first = loops[face, 0], table[i, CORNER]
+    corner, following = loops[face, 1 + side], loops[face, 1 + (side + 1) % sides]
+    return _vector(placed[first + corner], 0), _vector(placed[first + following], 0)
+
+
+@compiled
+def _clipped(low: float, high: float, start: float, end: float) -> tuple[float, float]:
+    """Return the part of a range of a line that is inside a border, by the heights of its ends over it [m]."""
+    if start <= EITHER and end <= EITHER:
+        return low, high
+    if start > EITHER and end > EITHER:
+        return 1.0, 0.0
+    share = min(1.0, max(0.0, start / (start - end)))
+    return (low, min(high, share)) if end > start else (max(low, share), high)
+
+
+@compiled
+def _in_circle(p: Vector, q: Vector, centre: Vector, radius: float) -> tuple[float, float]:
+    """Return the part of a line within a circle in its plane, as shares of its length; (1, 0) if it is outside."""
+    way, start = _less(q, p), _less(p, centre)
+    a, b, c = _dot(way, way), _dot(way, start), _dot(start, start) - radius * radius
+    if a == 0.0:
+        return (0.0, 1.0) if c <= 0.0 else (1.0, 0.0)
+    root = b * b - a * c
+    if root < 0.0:
+        return 1.0, 0.0
+    root = sqrt(root)
+    low, high = max(0.0, (-b - root) / a), min(1.0, (-b + root) / a)
+    return (low, high) if low <= high else (1.0, 0.0)
+
+
+@compiled
+def _between_rounds(
+    bodies: Array,
+    rounds: Array,
+    normal: Vector,
+    pair: tuple[int, int],
+    on: tuple[int, int],
+    reach: float,
+    rubbing: float,
+    points: Points,
+    count: int,
+) -> tuple[int, float]:
+    """Add the points at which two round solids face each other along a normal."""
+    i, j = pair
+    down = (-normal[0], -normal[1], -normal[2])
+    on_low, on_high = _facing_disc(rounds[i], normal), _facing_disc(rounds[j], down)
+    nearest = np.inf
+    if on_low < 0 and on_high < 0:
+        return _along_lines(bodies, rounds, normal, pair, on, reach, rubbing, points, count)
+    if on_low >= 0:
+        count, nearest = _line_on_disc(
+            bodies, rounds[i], on_low, rounds[j], normal, pair, on, False, reach, rubbing, points, count
+        )
+    if on_high >= 0:
+        count, gap = _line_on_disc(
+            bodies, rounds[j], on_high, rounds[i], down, pair, on, True, reach, rubbing, points, count
+        )
+        nearest = min(nearest, gap)
+    if on_low >= 0 and on_high >= 0:
+        count, gap = _on_discs(bodies, rounds, (on_low, on_high), normal, pair, on, reach, rubbing, points, count)
+        nearest = min(nearest, gap)
+    return count, nearest
+
+
+@compiled
+def _line_on_disc(
+    bodies: Array,
+    low: Array,
+    disc: int,
+    row: Array,
+    normal: Vector,
+    pair: tuple[int, int],
+    on: tuple[int, int],
+    swapped: bool,
+    reach: float,
+    rubbing: float,
+    points: Points,
+    count: int,
+) -> tuple[int, float]:
+    """Add the points at which the line of a round solid nearest to a disc lies within the disc."""
+    down, none, nearest = (-normal[0], -normal[1], -normal[2]), np.zeros(5), np.inf
+    outwards, sine = _outwards(row, down)
+    if _facing_disc(row, down) >= 0 and sine < LEANS:
+        return count, nearest
+    axis, centre = _vector(low, AXIS), _vector(low, DISC + 3 * disc)
+    upright = _dot(axis, normal)
+    start, end = _on_line(row, 0.0, down, outwards), _on_line(row, 1.0, down, outwards)
+    p = _plus(start, _dot(_less(centre, start), axis) / upright, normal)
+    q = _plus(end, _dot(_less(centre, end), axis) / upright, normal)
+    from_, to = _in_circle(p, q, centre, low[RADIUS + disc] + EITHER)
+    number = 0 if from_ > to else (2 if to - from_ > SHORT and _dot(_less(q, p), _less(q, p)) > 0.0 else 1)
+    for point in range(number):
+        share = from_ if point == 0 else to
+        at, below = _on_line(row, share, down, outwards), _plus(p, share, _less(q, p))
+        gap = _dot(_less(at, below), normal)
+        nearest = min(nearest, gap)
+        if gap < reach:
+            held, bend = _held(row, share, down, outwards, sine)
+            count = _put(bodies, points, count, pair, on, swapped, normal, below, none, held, bend, 0.0, rubbing)
+    return count, nearest
+
+
+@compiled
+def _on_discs(
+    bodies: Array,
+    rounds: Array,
+    discs: tuple[int, int],
+    normal: Vector,
+    pair: tuple[int, int],
+    on: tuple[int, int],
+    reach: float,
+    rubbing: float,
+    points: Points,
+    count: int,
+) -> tuple[int, float]:
+    """Add the points of two discs that lie on each other: rim points in the other disc, and where the rims cross."""
+    none, nearest = np.zeros(5), np.inf
+    rows = (rounds[pair[0]], rounds[pair[1]])
+    centres = (_vector(rows[0], DISC + 3 * discs[0]), _vector(rows[1], DISC + 3 * discs[1]))
+    axes = (_vector(rows[0], AXIS), _vector(rows[1], AXIS))
+    radii = (rows[0][RADIUS + discs[0]], rows[1][RADIUS + discs[1]])
+    for side in range(2):
+        other = 1 - side
+        upright = _dot(axes[other], normal)
+        for number in range(RIM_POINTS):
+            at = _rim_point(rows[side], discs[side], number)
+            there = _plus(at, _dot(_less(centres[other], at), axes[other]) / upright, normal)
+            off = _less(there, centres[other])
+            low, high = (at, there) if side == 0 else (there, at)
+            gap = _dot(_less(high, low), normal)
+            # Where both rims are flush, the points of one of them are enough.
+            if _dot(off, off) <= (radii[other] + (EITHER if side == 0 else -EITHER)) ** 2:
+                nearest = min(nearest, gap)
+                if gap < reach:
+                    count = _put(bodies, points, count, pair, on, False, normal, low, none, high, none, 0.0, rubbing)
+    upright = _dot(axes[0], normal)
+    middle = _plus(centres[1], _dot(_less(centres[0], centres[1]), axes[0]) / upright, normal)
+    way = _less(middle, centres[0])
+    far = sqrt(_dot(way, way))
+    if far <= EITHER:
+        return count, nearest
+    along = 0.5 * (far * far + radii[0] ** 2 - radii[1] ** 2) / far
+    square = radii[0] ** 2 - along * along
+    if square <= 0.0:
+        return count, nearest
+    way = (way[0] / far, way[1] / far, way[2] / far)
+    across = _crossed(axes[0], way)
+    for side in range(2):
+        half = sqrt(square) * (2.0 * side - 1.0)
+        low = _plus(_plus(centres[0], along, way), half, across)
+        high = _plus(low, _dot(_less(centres[1], low), axes[1]) / _dot(axes[1], normal), normal)
+        gap = _dot(_less(high, low), normal)
+        nearest = min(nearest, gap)
+        if gap < reach:
+            count = _put(bodies, points, count, pair, on, False, normal, low, none, high, none, 0.0, rubbing)
+    return count, nearest
+
+
+@compiled
+def _along_lines(
+    bodies: Array,
+    rounds: Array,
+    normal: Vector,
+    pair: tuple[int, int],
+    on: tuple[int, int],
+    reach: float,
+    rubbing: float,
+    points: Points,
+    count: int,
+) -> tuple[int, float]:
+    """Add both ends of the common part of the lines of two solids that lie side by side."""
+    nearest, low, high = np.inf, rounds[pair[0]], rounds[pair[1]]
+    down = (-normal[0], -normal[1], -normal[2])
+    out_low, sine_low = _outwards(low, normal)
+    out_high, sine_high = _outwards(high, down)
+    a, b = _on_line(low, 0.0, normal, out_low), _on_line(low, 1.0, normal, out_low)
+    p, q = _on_line(high, 0.0, down, out_high), _on_line(high, 1.0, down, out_high)
+    own, other = _less(b, a), _less(q, p)
+    square, cosine = _dot(own, own), _dot(own, other)
+    if square == 0.0 or cosine * cosine <= PARALLEL * square * _dot(other, other):
+        return count, nearest
+    first, last = _dot(_less(p, a), own) / square, _dot(_less(q, a), own) / square
+    start, end = max(0.0, min(first, last)), min(1.0, max(first, last))
+    if end - start <= SHORT:
+        return count, nearest
+    for side in range(2):
+        share = start if side == 0 else end
+        across = (share - first) / (last - first)
+        gap = _dot(_less(_on_line(high, across, down, out_high), _on_line(low, share, normal, out_low)), normal)
+        nearest = min(nearest, gap)
+        if gap < reach:
+            held_low, bend_low = _held(low, share, normal, out_low, sine_low)
+            held_high, bend_high = _held(high, across, down, out_high, sine_high)
+            count = _put(
+                bodies, points, count, pair, on, False, normal, held_low, bend_low, held_high, bend_high, 0.0, rubbing
+            )
+    return count, nearest
+
+
 @compiled
 def carry_over(points: Points, count: int, before: Points, earlier: int, within: float) -> None:
     """Start the points with the impulses of those that were at most `within` [m] from their places in the last step.
@@ -1268,6 +2286,8 @@ def _prepare(bodies: Array, index: Ints, row: Array, count: int) -> None:
     """Compute arms, gaps, effective masses and responses of all points at the current poses."""
     for c in range(count):
         gap = row[c, OFFSET]
+        if row[c, BENT] == BALLS:
+            _turn_normal(bodies, index, row, c)
         normal = along = across = both = drags = drags_across = 0.0
         for side in range(2):
             i, on, arm, turns = index[c, ON_BODY + side], 9 + 3 * side, 22 + 3 * side, 32 + 9 * side
@@ -1276,6 +2296,8 @@ def _prepare(bodies: Array, index: Ints, row: Array, count: int) -> None:
             x = bodies[i, AXES] * u + bodies[i, AXES + 1] * v + bodies[i, AXES + 2] * w
             y = bodies[i, AXES + 3] * u + bodies[i, AXES + 4] * v + bodies[i, AXES + 5] * w
             z = bodies[i, AXES + 6] * u + bodies[i, AXES + 7] * v + bodies[i, AXES + 8] * w
+            if row[c, BENT] > 0.0:
+                x, y, z = _surface(bodies, i, row, c, side, x, y, z)
             row[c, arm], row[c, arm + 1], row[c, arm + 2] = x, y, z
             p, q, r = x + bodies[i, POSITION], y + bodies[i, POSITION + 1], z + bodies[i, POSITION + 2]
             row[c, AT], row[c, AT + 1], row[c, AT + 2] = p, q, r  # of the second body in the end

@@ -20,4 +20,4 @@ def _is_in(folder: Path) -> bool:
 def tell_if_compiling() -> None:
     """Log a warning if the next step will compile the engine first."""
     if not is_compiled():
-        getLogger(__name__).warning("Compiling the engine for this machine, once; this takes about 15 s.")
+        getLogger(__name__).warning("Compiling the engine for this machine, once; this takes about 25 s.")

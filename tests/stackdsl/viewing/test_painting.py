@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from stability.geometry.box import Box
+from stability.geometry.round_solid import cylinder, sphere
 from stability.geometry.rows import Array
 from stability.model import Pose
-from stackdsl.viewing.drawing import VIEWS, Solid, View, painters_order, solids_at
+from stackdsl.viewing.drawing import VIEWS, Face, Solid, View, brick_shapes, painters_order, solids_at
 from tests.stackdsl.viewing.views import SLANT_TOWER, views_of
 
 CARD_HOUSE = """
@@ -85,3 +86,14 @@ def _after(q: tuple[float, ...], p: tuple[float, ...]) -> tuple[float, float, fl
     v, w, u, s = np.array(q[:3]), q[3], np.array(p[:3]), p[3]
     x, y, z = w * u + s * v + np.cross(v, u)
     return (x, y, z, float(w * s - v @ u))
+
+
+def test_the_sides_of_round_bodies_have_no_edges_but_those_of_their_ends() -> None:
+    can, ball = (Solid.of(shape, Pose((0.0, 0.0, 0.0))) for shape in (cylinder(0.03, 0.1), sphere(0.03)))
+    assert [sum(solid.is_curved) - len(solid.faces) for solid in (can, ball)] == [-2, 0]
+    square = np.array(((0.0, 0.0), (9.0, 0.0), (9.0, 9.0)))
+    side, end = Face("can", 0, square, "#111111", is_curved=True), Face("can", 0, square, "#222222")
+    _, around, _ = brick_shapes([end, side], 1.0)
+    outline, *faces = around.split("<path")[1:]
+    assert "stroke" not in outline
+    assert ["stroke=" in face for face in faces] == [True, False]
