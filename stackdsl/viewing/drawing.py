@@ -221,6 +221,7 @@ def _different(directions: Array) -> Array:
 # A scene on paper: the ground with its grid and shadows, bricks in painter's order, and names on them.
 
 
+FROM_BELOW = -0.1  # cosine below which the studs on a face are hidden by their brick
 EDGE_ON = 1e-6  # cosine below which a plane counts as seen edge-on
 GRAZING = 0.05  # cosine below which a plane has no grid and no shadows, which would have no end on it
 LIGHT = (-0.45, 0.6, 0.66)  # direction to the light: to the right and upwards on paper, and to the viewer; unit
@@ -351,16 +352,27 @@ def faces_of(
         ]
         faces += [
             Face(name, turn, paper.place(outline), _lit(colour, float(normal @ view.light)))
-            for outline, normal in _studs(solid, view)
+            for outline, normal in _studs(solid, view, [part for _, part in parts])
         ]
     return faces
 
 
-def _studs(solid: Solid, view: View) -> Iterator[tuple[Array, Array]]:
-    """Yield outlines in the view [m] and normals of the studs of a solid, the farthest first: the side, and the top."""
-    for foot, top in sorted(solid.studs, key=lambda stud: float(stud[0].mean(axis=0) @ view.towards)):
+def _studs(solid: Solid, view: View, others: Sequence[Solid]) -> Iterator[tuple[Array, Array]]:
+    """Yield outlines in the view [m] and normals of the studs of a solid, the farthest first: the side, and the top.
+
+    Studs inside of other solids are left out.
+    """
+    if not solid.studs:
+        return
+    middles = np.array([stud.mean(axis=(0, 1)) for stud in solid.studs])
+    inside = np.zeros(len(middles), dtype=bool)
+    for other in others:
+        heights = np.sum(other.normals * other.corners[[face[0] for face in other.faces]], axis=1)
+        inside |= (middles @ other.normals.T < heights).all(axis=1)
+    free = [stud for stud, hidden in zip(solid.studs, inside, strict=True) if not hidden]
+    for foot, top in sorted(free, key=lambda stud: float(stud[0].mean(axis=0) @ view.towards)):
         up = (top[0] - foot[0]) / np.linalg.norm(top[0] - foot[0])
-        if up @ view.towards < -EDGE_ON:
+        if up @ view.towards < FROM_BELOW:
             return
         on_paper = view.on_paper(np.concatenate((foot, top)))
         side = view.towards - (view.towards @ up) * up

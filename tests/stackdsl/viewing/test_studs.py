@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from stackdsl.viewing.drawing import VIEWS, DrawingArea, faces_of, solids_at
+from stability.geometry.box import Box
+from stability.model import Pose
+from stackdsl.viewing.drawing import VIEWS, DrawingArea, Solid, faces_of, solids_at
 from stackdsl.viewing.replay.page import payload_of
 from stackdsl.viewing.run_view import RunView
 from tests.stackdsl.viewing.views import views_of
@@ -42,6 +44,15 @@ def test_studs_are_seen_from_above_and_from_the_side(run: RunView) -> None:
     for view, faces in (("three-quarter", 3 + 16), ("front", 1 + 8), ("plan", 1 + 16)):
         drawn = faces_of({"low": solids["low"]}, {"low": "#808080"}, VIEWS[view], paper)
         assert len(drawn) == faces
+
+
+def test_studs_inside_of_another_brick_are_not_drawn(run: RunView) -> None:
+    low = solids_at(run, 0.0)["low"]
+    above = Solid.of(Box((0.016, 0.016, 0.0096)), Pose((0.008, 0.008, 0.0144)))  # on the left four studs
+    paper = DrawingArea(np.zeros(2), 1000.0, 100.0, 100.0)
+    for view, drawn in (("front", 1 + 4), ("plan", 1 + 8)):
+        faces = faces_of({"low": low, "above": above}, {"low": "#808080", "above": "#808080"}, VIEWS[view], paper)
+        assert sum(face.brick == "low" for face in faces) == drawn
 
 
 def test_studs_are_in_the_shapes_of_a_replay(run: RunView) -> None:
