@@ -118,6 +118,19 @@ MOVING_TABLES: Mapping[str, Table] = {
             Column("energy gained", "{gain_percent:.2f} %"),
         ),
     ),
+    "costs": Table(
+        "costs",
+        "scenes",
+        (
+            Column("scene", "{row}"),
+            Column("`exact`, s", "{exact}"),
+            Column("`exact` before it had its own engine, s", "{before}"),
+            Column("ratio", "{times}"),
+            Column("`tuned`, s", "{tuned}"),
+            Column("MuJoCo, s", "{mujoco}"),
+            Column("SAPIEN, s", "{sapien}"),
+        ),
+    ),
     "published-falls": Table(
         "published-falls",
         "runs",
