@@ -8,7 +8,11 @@ def is_compiled() -> bool:
     """Check that the machine code of the engine is kept, if possible without importing the compiler."""
     if _is_in(Path(__file__).parent / "__pycache__"):
         return True
-    from stability.engines.rigid.mechanics import advance  # noqa: PLC0415 -- the compiler takes a while to import
+    from numba import config  # noqa: PLC0415 -- the compiler takes a while to import
+
+    if config.DISABLE_JIT:
+        return True  # nothing will be compiled
+    from stability.engines.rigid.mechanics import advance  # noqa: PLC0415 -- the same
 
     return _is_in(Path(getattr(advance, "stats").cache_path))  # noqa: B009 -- of the compiler, unknown to type checkers
 
