@@ -103,7 +103,7 @@ MOVING_TABLES: Mapping[str, Table] = {
         (
             Column("random heaps", "{row}"),
             Column("heaps", "{heaps}"),
-            Column("heaps with a gain over 1 %", "{gained}"),
+            Column("heaps with a gain over 0.1 %", "{gained}"),
             Column("largest gain", "{worst_percent:.2f} %"),
             Column("heaps with wrong edge normals", "{with_wrong_normals}"),
         ),
