@@ -510,11 +510,8 @@ class JoinedBricks(BrickObserver):
         self._of |= other._of
         self._welded |= other._welded
         self._yielding |= other._yielding
-        moved, held = (frozenset((*a, *b)) for a, b in zip(self._history(), other._history(), strict=True))
-        self.joints = replace(self.joints, moved=moved, held=held)
-
-    def _history(self) -> tuple[Collection[BodyId], Collection[Pair]]:
-        return self.joints.moved, self.joints.held
+        moved, held = {*self.joints.moved, *other.joints.moved}, {*self.joints.held, *other.joints.held}
+        self.joints = replace(self.joints, moved=frozenset(moved), held=frozenset(held))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,7 +7,8 @@ from random import Random
 
 import pytest
 
-from benchmarks.joined import FRICTION, KINDS, assembly_of, drawn, load_factors
+from benchmarks.joined import FRICTION, KINDS, assembly_of, drawn
+from benchmarks.joined_programs import load_factors
 from stability.analysis.acceleration_margin import acceleration
 from stability.analysis.joined_acceleration import acceleration_of_joined
 from stability.analysis.load_factor import LoadFactor, load_factor
