@@ -147,7 +147,7 @@ def shown(cell: Row) -> str:
     """Return the seconds and the error of a run as text."""
     if cell["seconds"] is None:
         return f"over {LIMIT_S}"
-    return f"{cell['seconds']:.2g}" + (f", {cell['error']}" if cell["error"] else "")
+    return f"{cell['seconds']:.3g}" + (f", {cell['error']}" if cell["error"] else "")
 
 
 if __name__ == "__main__":
