@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from stability.dynamics.ground_motion import GroundMotion
 from stability.engines.edge_normals import WrongNormal, wrong_normals
-from stability.engines.protocol import EngineSettings, World
+from stability.engines.protocol import World
 from stability.engines.scene_scale import SAMPLING, USUAL_GRAVITY
 from stability.geometry.compound import Compound
 from stability.geometry.placed_shape import InPlace, apart_from_plane, bodies_apart, in_place, inertia_times
@@ -22,6 +22,7 @@ from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import (
     COLLAPSE_SHARE_OF_SMALLEST_SIDE,
     COLLAPSE_TILT,
+    NOTABLE_GAIN,
     Energy,
     Landing,
     Onset,
@@ -136,7 +137,6 @@ class EnergyMeter:
 
     gravity: float  # [m/s2], along -z
     ground: Plane
-    most_gain: float = EngineSettings.most_gain  # share of energy by which the engine may err
     now: float = 0.0  # kinetic + potential energy of all bricks [J]
     outside: GroundWork = field(default_factory=GroundWork)  # work of the shaking ground
     _of: dict[BodyId, _Seen] = field(default_factory=dict)
@@ -186,7 +186,7 @@ class EnergyMeter:
     def notably_gained(self) -> bool:
         """Whether the gain since the last action is large enough to be a fault of the engine."""
         energy = self.energy()
-        return energy is not None and energy.gain > self.most_gain
+        return energy is not None and energy.gain > NOTABLE_GAIN
 
     def energy(self) -> Energy | None:
         """Return the energy after the last action and its largest increase since; None before the first action."""
@@ -194,7 +194,7 @@ class EnergyMeter:
             return None
         reference = sum((self._at_start[name].by_distance for name in self._moved), 0.0)
         reference += sum(self.outside.gross.get(name, 0.0) for name in self._moved)
-        return Energy(self._start, self._risen, reference, self._gained_before, self.most_gain)
+        return Energy(self._start, self._risen, reference, self._gained_before)
 
 
 # Amplitude and frequency of swaying bricks. Swaying differs from creep and shift, as the brick comes back.
@@ -662,7 +662,6 @@ class RunMeasurements:
     """The measurements of one run."""
 
     timeline: Timeline
-    most_gain: float = EngineSettings.most_gain  # share of energy by which the engine may err
     watch: BrickTracker = field(init=False)
     energy: EnergyMeter = field(init=False)
     onset: OnsetWatch = field(default_factory=OnsetWatch)
@@ -677,7 +676,7 @@ class RunMeasurements:
         gravity = self.timeline.world.gravity
         self.watch = BrickTracker(not_moving=NOT_MOVING.scaled(lengths=1.0, times=sqrt(USUAL_GRAVITY / gravity)))
         self.passing = PassingWatch(self.watch)
-        self.energy = EnergyMeter(gravity, self.timeline.world.planes[0], self.most_gain)
+        self.energy = EnergyMeter(gravity, self.timeline.world.planes[0])
         self.motion = MotionWatch(gravity)
         self._landing = LandingWatch(self.watch)
         if "sway" in self.timeline.measures:
