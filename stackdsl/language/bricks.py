@@ -42,6 +42,7 @@ from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Shorthand, 
 from stackdsl.language.pallets import Pallet, pallet_boxes
 from stackdsl.language.quantities import SIDE, ConsequentialError, InputError, shown, triple
 from stackdsl.language.rotations import about_axes
+from stackdsl.language.round_words import ROUND_WORDS, round_brick
 from stackdsl.language.strengths import BrickStrength
 from stackdsl.language.value_types import Levels
 from stackdsl.supervising.executors import supervised
@@ -479,8 +480,10 @@ class Pipe(AuthorModel):
         return self
 
 
-class Sphere(AuthorModel):
+class Sphere(Shorthand):
     """A ball."""
+
+    scalar_key: ClassVar[str] = "diameter"
 
     diameter: t.Side = Field(description="diameter")
 
@@ -587,6 +590,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
         message = f"there is no brick {shown(scalar)} in the catalogue or under `brick_types`"
         size = triple(name)
         hint = f"write {{size: {size}, density: {cls.examples['density']}}}" if size else ""
+        hint = f"write {round_brick(name)}" if name in ROUND_WORDS else hint
         names = meant_lego(name) or did_you_mean(str(scalar), (*known, *CATALOGUE))
         names = names or did_you_mean(
             str(scalar), (*known, *(kind for kind in CATALOGUE if kind not in LEGO), "lego_2x4")

@@ -12,13 +12,23 @@ from pydantic_core import ErrorDetails
 
 from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean, meant_choice, reading_order
 from stackdsl.entry_points import engine_remedy, offered_systems
-from stackdsl.language.bricks import CATALOGUE, BrickKind, SetBrick, known_bricks, laid
+from stackdsl.language.bricks import CATALOGUE, ROUND_KEYS, BrickKind, SetBrick, known_bricks, laid
 from stackdsl.language.claims.protocol import TILTING, Protocol
 from stackdsl.language.distributions import sampled
 from stackdsl.language.expressions import meant_expression
 from stackdsl.language.layouts.registry import place
 from stackdsl.language.model_base import NoWordError
 from stackdsl.language.quantities import QUANTITY, ConsequentialError, InputError, number_remedy, shown, triple
+from stackdsl.language.round_words import (
+    LENGTHS_ALONG,
+    ROUND_LENGTHS,
+    ROUND_WORDS,
+    SHAPE_WORDS,
+    round_brick,
+    round_entry,
+    round_word,
+    twice,
+)
 from stackdsl.language.schema import Package, Scenario, is_installed, models
 from stackdsl.language.value_types import PROVING
 from stackdsl.language.variants import KINDS, Variant
@@ -298,8 +308,16 @@ def _without_echoes(details: Sequence[ErrorDetails], meant: dict[KeyPath, str]) 
         is_supplied = detail["loc"] in supplied or any(keys_called(other, [str(last)]) for other in others)
         is_supplied = is_supplied or last in unknown[tuple(path[:-1])]  # beside the mapping in place of in it
         misspelt = detail["type"] == "missing" and (is_supplied or meant_choice(str(last), others))
-        if not misspelt and not _is_echo(detail):
+        if not misspelt and not _is_echo(detail) and not (last in others and _is_length_of_round(str(last), others)):
             yield detail
+
+
+def _is_length_of_round(key: str, unknown: Sequence[str]) -> bool:
+    """Return whether an unknown key is a length of a round brick that another unknown key beside it stands for."""
+    if key not in {*ROUND_LENGTHS, *LENGTHS_ALONG}:
+        return False
+    stands = [each for each in unknown if each in SHAPE_WORDS] or [each for each in unknown if each in ROUND_LENGTHS]
+    return bool(stands) and key != stands[0]
 
 
 def _is_echo(detail: ErrorDetails) -> bool:
@@ -491,6 +509,10 @@ WORDS: Final = {
     "mass": "weight",
     "density": "rho",
     "size": "dimensions dims extents length width height thickness",
+    "diameter": "radius d outer outer_diameter",
+    "bottom": "radius diameter",
+    "wall": "thickness wall_thickness",
+    "height": "length h thickness",
     "gravity": "g",
     "friction": "mu cof coefficient friction_coefficient",
     "origin": "at position pos offset",
@@ -511,14 +533,6 @@ WORDS: Final = {
     "collapses": "unstable topples fails",
     "displaced": "moves moved",
 }
-ROUND: Final = ("sphere", "ball", "cylinder", "cone", "capsule", "radius", "diameter")
-ROUND_BODIES: Final = (
-    "round bodies are not modelled; give a kind of `brick_types` the corners of a solid with many faces, as `points` "
-    "or as `prism: {outline: [[25 mm, 0 mm], [0 mm, 25 mm], [-25 mm, 0 mm], [0 mm, -25 mm]], depth: 50 mm}`; "
-    "docs/guides/teachers.md has a ball with 20 faces"
-)
-
-
 BRAKING: Final = frozenset({"acceleration", "braking", "brake", "survive", "survives"})
 BRAKES: Final = (
     'under `expect`, `margin: {acceleration: ">= 0.5 g"}` requires that the structure survives a steady acceleration, '
@@ -570,16 +584,16 @@ def _is_value_of(path: KeyPath, written: object) -> bool:
 def _counterpart(key: str, written: object, path: KeyPath, source: Source) -> str:
     """Return the remedy for an unknown key that means another key or place; empty for any other."""
     return (
-        _of_subject(key, written, path)
+        _of_subject(key, written, path, source)
         or _meant_here(key, written, path, source)
         or _elsewhere(key, written, path, source)
     )
 
 
-def _of_subject(key: str, written: object, path: KeyPath) -> str:
+def _of_subject(key: str, written: object, path: KeyPath, source: Source) -> str:
     """Return the remedy for a key about a subject that the language treats in another way; empty for others."""
-    if key in ROUND:
-        return ROUND_BODIES
+    if round_remedy := _of_round_brick(key, written, path, source):
+        return round_remedy
     if key in BRAKING and (path in ((), ("world",)) or path[:1] == ("expect",)):
         return BRAKES
     if key in HITS and path[:1] == ("expect",):
@@ -589,6 +603,44 @@ def _of_subject(key: str, written: object, path: KeyPath) -> str:
     if key == "brick" and path[-1:] == ("displaced",):
         return SHIFT_OF_ONE.format(shown(written).strip("'"))
     return ""
+
+
+def _of_round_brick(key: str, written: object, path: KeyPath, source: Source) -> str:
+    """Return the remedy for a key about a round brick that is not written as one; empty for others."""
+    from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+
+    keys = keys_at(path)
+    if path[-1:] and path[-1] in ROUND_KEYS:
+        return _of_round_lengths(key, written, keys)
+    around = _written_at(source, path)
+    beside = around if isinstance(around, dict) else {key: written}
+    shapes = [word for each in SHAPE_WORDS if (word := round_word(beside.get(each)))]
+    if key in ROUND_WORDS:
+        word, lengths = key, written
+    elif key in SHAPE_WORDS and isinstance(written, dict) and round_word(written):
+        word, lengths = round_word(written), written[round_word(written)]
+    elif (key in SHAPE_WORDS and round_word(written)) or key in ROUND_LENGTHS:
+        is_tall = any(each in beside for each in LENGTHS_ALONG)
+        word, lengths = (shapes or ["cylinder" if is_tall else "sphere"])[0], beside
+    else:
+        return ""
+    taken = [key, *(each for each in (*ROUND_LENGTHS, *LENGTHS_ALONG) if lengths is beside and each in beside)]
+    replaced = f"in place of {_named(dict.fromkeys(taken))}"
+    if "sphere" in keys:
+        other = "" if key in ROUND_WORDS or shapes else f", or `{round_entry('cylinder', beside)}`,"
+        return f"write `{round_entry(word, lengths)}`{'' if word == 'cylinder' else other} {replaced}"
+    if "brick" not in keys:
+        return f"write a round brick as a kind of `brick_types`, such as `{{round: {round_brick(word, lengths)}}}`"
+    brick = f"brick: {round_brick(word, lengths)}"
+    return f"write `{f'bricks: [{{on: ground, {brick}}}]' if 'bricks' in keys else brick}` {replaced}"
+
+
+def _of_round_lengths(key: str, written: object, keys: Sequence[str]) -> str:
+    """Return the remedy for a key in the mapping of a round shape, such as a radius; empty for others."""
+    across = keys[0]
+    if key == "radius" and (doubled := twice(written)):
+        return f"write `{across}: {doubled}`, twice the radius, in place of `radius`"
+    return f"write `{across}` in place of `{key}`, and give the diameter" if key in ROUND_LENGTHS else ""
 
 
 def _meant_here(key: str, written: object, path: KeyPath, source: Source) -> str:

@@ -45,16 +45,66 @@ __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
             "build: [{bricks: [{name: a, at: [0 m, 0 m, 3.9 mm]}, {name: b, at: [50 mm, 0 m, 3.9 mm]}]}]",
             "write `at: [50 mm, 0 mm, 11.7 mm]` or beside it `at: [50 mm, 23.4 mm, 3.9 mm]`",
         ),
-        (
-            "build: [{bricks: [{name: ball, at: [0 m, 0 m, 1 m], sphere: {radius: 5 mm}}]}]",
-            "round bodies are not modelled; give a kind of `brick_types` the corners of a solid with many faces",
-        ),
         ("build: [{column: {levels: 2}}]\nexpect: [{hits: {brick: L1.1}}]", "`stackdsl run` prints when, where and"),
     ],
 )
-def test_a_shorter_form_or_a_round_body_is_told_with_what_to_write(written: str, told: str) -> None:
+def test_a_shorter_form_is_told_with_what_to_write(written: str, told: str) -> None:
     _, mistakes = cases_of(parse(f"scenario: first\n{written}\n", "first.yaml"))
     assert told in mistakes[0].hint
+
+
+@pytest.mark.parametrize(
+    ("written", "told"),
+    [
+        ("sphere: {radius: 15 mm}", "write `diameter: 30 mm`, twice the radius, in place of `radius`"),
+        ("ball: 30 mm", "write `sphere: {diameter: 30 mm}` in place of `ball`"),
+        ("ball: {radius: 15 mm}", "write `sphere: {diameter: 30 mm}` in place of `ball`"),
+        ("can: {radius: 33 mm, height: 115 mm}", "write `cylinder: {diameter: 66 mm, height: 115 mm}` in place of"),
+        ("shape: sphere, radius: 15 mm", "write `sphere: {diameter: 30 mm}` in place of `shape`, `radius`"),
+        ("shape: {ball: {diameter: 30 mm}}", "write `sphere: {diameter: 30 mm}` in place of `shape`"),
+        (
+            "type: cylinder, diameter: 66 mm, height: 115 mm",
+            "write `cylinder: {diameter: 66 mm, height: 115 mm}` in place of `type`, `diameter`, `height`",
+        ),
+        ("radius: 15 mm, length: 6 cm", "write `cylinder: {diameter: 30 mm, height: 6 cm}` in place of `radius`, `len"),
+        ("diameter: 30 mm", "write `sphere: {diameter: 30 mm}`, or `cylinder: {diameter: 30 mm, height: 60 mm}`, in"),
+        ("cylinder: {diameter: 30 mm, length: 60 mm}", "write `height` in place of `length`"),
+        ("cone: {radius: 15 mm, height: 60 mm}", "write `bottom: 30 mm`, twice the radius"),
+        ("pipe: {diameter: 30 mm, thickness: 2 mm, height: 60 mm}", "write `wall` in place of `thickness`"),
+    ],
+)
+def test_a_round_brick_in_other_words_has_one_message_with_what_to_write(written: str, told: str) -> None:
+    kind = f"{{{written}, mass: 60 g}}"
+    text = f"scenario: first\nbrick_types: {{round: {kind}}}\nbrick: round\nbuild: [{{column: {{levels: 1}}}}]\n"
+    _, mistakes = cases_of(parse(text, "first.yaml"))
+    assert len(mistakes) == 1
+    assert told in mistakes[0].hint
+
+
+@pytest.mark.parametrize(
+    ("written", "told"),
+    [
+        (
+            "at: [0 m, 0 m, 1 m], sphere: {radius: 5 mm}",
+            "write `brick: {sphere: {diameter: 10 mm}, density: 500 kg/m3}`",
+        ),
+        (
+            "on: ground, radius: 5 mm, mass: 4 g",
+            "write `brick: {sphere: {diameter: 10 mm}, mass: 4 g}` in place of `radius`",
+        ),
+        ("on: ground, brick: ball", "write {sphere: {diameter: 30 mm}, density: 500 kg/m3}"),
+    ],
+)
+def test_a_round_brick_in_its_place_is_told_as_a_kind_of_brick(written: str, told: str) -> None:
+    text = f"scenario: first\nbuild: [{{bricks: [{{{written}}}]}}]\n"
+    _, mistakes = cases_of(parse(text, "first.yaml"))
+    assert told in mistakes[0].hint
+
+
+def test_a_sphere_may_be_its_diameter() -> None:
+    text = "scenario: first\nbrick: {{sphere: {}, mass: 60 g}}\nbuild: [{{bricks: [{{on: ground}}]}}]\n"
+    short, long = (cases_of(parse(text.format(each), "f.yaml"))[0][0] for each in ("30 mm", "{diameter: 30 mm}"))
+    assert short.scenario.brick.form == long.scenario.brick.form
 
 
 @pytest.mark.parametrize("unit", ["", " g"])
