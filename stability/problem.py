@@ -12,7 +12,7 @@ from typing import Protocol, TypeAlias
 from stability.contact_law import ContactLaw, OtherLawError
 from stability.geometry.box_distance import TOUCHING
 from stability.geometry.round_patch import RoundPatch
-from stability.geometry.vectors import short_repr, subtract
+from stability.geometry.vectors import add_scaled, short_repr, subtract
 from stability.model import BodyId, Brick, Pose, Vec3
 from stability.name_order import names_text
 from stability.notebook import Display, Displayed, display_of
@@ -47,6 +47,10 @@ class Wrench:
         if other is None:
             return self
         return Wrench(subtract(self.force_W, other.force_W), subtract(self.torque_W, other.torque_W))
+
+    def plus(self, other: "Wrench", times: float = 1.0) -> "Wrench":
+        """Return the sum with a multiple of another wrench."""
+        return Wrench(add_scaled(self.force_W, times, other.force_W), add_scaled(self.torque_W, times, other.torque_W))
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +99,21 @@ class Contact:
 
 
 @dataclass(frozen=True, slots=True)
+class UnknownTension:
+    """Tension of a cable that pulls bricks, unknown within bounds; `Problem.loads` has the pulls at the lower one."""
+
+    name: str
+    pulls: Mapping[BodyId, Wrench]  # on bricks, at a tension of 1 N
+    least: float  # [N]
+    most: float
+
+    @property
+    def more(self) -> float:
+        """Return by how much it may exceed the least tension [N]."""
+        return self.most - self.least
+
+
+@dataclass(frozen=True, slots=True)
 class Problem:
     """Equilibrium problem: bricks with contacts and loads."""
 
@@ -103,17 +122,41 @@ class Problem:
     loads: Mapping[BodyId, Wrench]  # on each brick, including its weight
     # The parts of these that are no weight of a brick.
     applied: Mapping[BodyId, Wrench] = field(default_factory=dict)
+    # The parts that are pulls of ties at their least tension; neither weights nor `applied`.
+    pulled: Mapping[BodyId, Wrench] = field(default_factory=dict)
+    ties: Sequence[UnknownTension] = ()
 
     @property
     def unloaded(self) -> "Problem":
         """Return the problem under the weights of the bricks alone."""
-        alone = {name: load.minus(self.applied.get(name)) for name, load in self.loads.items()}
-        return replace(self, loads=alone, applied={})
+        return replace(self.without(self.applied), applied={})
+
+    @property
+    def weights(self) -> Mapping[BodyId, Wrench]:
+        """Return the weights of the bricks."""
+        return self.unloaded.without(self.pulled).loads
+
+    def without(self, loads: Mapping[BodyId, Wrench]) -> "Problem":
+        """Return the problem with some loads taken away."""
+        return replace(self, loads={name: load.minus(loads.get(name)) for name, load in self.loads.items()})
+
+    def drawn(self, more: Sequence[float]) -> "Problem":
+        """Return the problem with ties drawn tighter than the least tension [N], and known."""
+        loads = dict(self.loads)
+        for tie, tension in zip(self.ties, more, strict=True):
+            for name, pull in tie.pulls.items():
+                loads[name] = loads[name].plus(pull, tension)
+        return replace(self, loads=loads, ties=())
+
+    @property
+    def is_tied(self) -> bool:
+        """Return whether ties pull some bricks."""
+        return bool(self.pulled or self.ties)
 
     @property
     def has_joints(self) -> bool:
-        """Return whether some contact forces are bounded, so that proofs of equilibrium cannot all be added."""
-        return not all(contact.law.is_cone for contact in self.contacts)
+        """Return whether some forces are bounded, so that proofs of equilibrium cannot all be added."""
+        return bool(self.ties) or not all(contact.law.is_cone for contact in self.contacts)
 
     @property
     def is_round(self) -> bool:
@@ -126,6 +169,11 @@ class Problem:
             self,
             bricks={name: self.bricks[name] for name in sorted(bricks)},
             contacts=[c for c in self.contacts if c.lower in bricks or c.upper in bricks],
+            ties=[
+                replace(tie, pulls=own)
+                for tie in self.ties
+                if (own := {name: pull for name, pull in tie.pulls.items() if name in bricks})
+            ],
         )
 
     @property
@@ -136,7 +184,8 @@ class Problem:
     def require_dry(self, what: str) -> None:
         """Raise OtherLawError if there are joints, for an analysis that supports dry contacts only."""
         if self.has_joints:
-            raise OtherLawError(f"{what} is not supported for bricks with joints; only verdicts and load factors are")
+            kind = "ties of unknown tension" if self.ties else "joints"
+            raise OtherLawError(f"{what} is not supported for bricks with {kind}; only verdicts and load factors are")
 
 
 def admit_problem(problem: object) -> None:
@@ -155,6 +204,7 @@ class Forces:
     """Candidate forces for the balance of a problem: for each contact those of `lower` on `upper`, in W [N]."""
 
     of_contacts: Sequence[ConeForces]
+    more_tension: Sequence[float] = ()  # of each tie of unknown tension, above its least one [N]
 
 
 @dataclass(frozen=True, slots=True)

@@ -89,12 +89,14 @@ def load_factor(
     if problem.is_brittle:
         return _of_brittle(problem, growing, tolerances)
     tolerances = rounded(problem, tolerances)
-    if growing is None and problem.has_joints:
+    if growing is None and problem.has_joints and not problem.ties:
         studded = _studded_factor(problem, tolerances)
         if studded is not None:
             return studded
     grown = GrownLoads(problem, growing)
     now = balance(problem, tolerances)
+    if now.forces is None and problem.is_tied:  # ties may be too tight without the loads
+        now = balance(grown.at(1.0), tolerances)
     if growing is not None and now.forces is None:
         return None if now.motion is None else LoadFactor(0.0, 0.0, None, now.motion)
     unlimited = balance(without_bounded_forces(grown.alone), tolerances)

@@ -48,10 +48,12 @@ from stability.problem import (
 )
 from stability.process_settings import one_thread, rarely_collected
 from stability.statics.certificate import Tally, brick_graph, force_sums, rests_on, total_forces
+from stability.statics.fall_description import described
 from stability.statics.journal import JournaledDict
 from stability.statics.prover import Prover, ProverState
 from stability.statics.structure import Structure
 from stability.strength import NO_STRENGTHS, Strength, admit_strengths
+from stability.ties import Tie, admit_ties
 
 # Input checks of statics. Invalid numbers are errors with a remedy.
 
@@ -237,6 +239,7 @@ class AssemblyAnswers:
 
     _working: Prover
     _strengths: Mapping[BodyId, Strength]
+    _ties: Sequence[Tie]
     _last_verdict: JournaledDict[str, Verdict]
 
     @property
@@ -288,6 +291,11 @@ class AssemblyAnswers:
     def loads(self) -> Loads:
         """Return the loads on bricks besides their weight."""
         return self._structure.loads
+
+    @property
+    def ties(self) -> Sequence[Tie]:
+        """Return the ties, whether they hold already or not."""
+        return self._ties
 
     @property
     def gravity(self) -> float:
@@ -353,7 +361,7 @@ class AssemblyAnswers:
         """Return the equilibrium problem of some bricks with all others held fixed, or that of all bricks."""
         group = list(self._structure.bricks) if bricks is None else sorted(bricks)
         self._reject_unknown(group)
-        return self._structure.problem(group, self._structure.contacts_of(group))
+        return self._structure.tied_problem(group, self._structure.contacts_of(group))
 
     def forces(self) -> Forces | None:
         """Return contact forces that balance all bricks, one entry per contact of `all_contacts()`; None unless STABLE.
@@ -361,15 +369,25 @@ class AssemblyAnswers:
         They are checked by arithmetic and not unique.
         """
         if not self._prover.all_proven():
-            return None
+            return self._tied_forces()
         from stability.statics.proof import check_forces  # noqa: PLC0415 -- it brings numpy, and verdicts do without
 
         problem = self.problem()
         forces = total_forces(self._structure, self._prover.ledger, list(problem.contacts))
+        forces = replace(forces, more_tension=(0.0,) * len(problem.ties))
         check = check_forces(problem, forces, rounded(problem, self._structure.tolerances))
         if not check.holds:
             raise ArithmeticError(f"the check of the proof of the assembly failed: {check}")
         return forces
+
+    def _tied_forces(self) -> Forces | None:
+        """Return the forces of bricks that stand by ties that are drawn tighter than they were put on."""
+        if self._verdict.stability is not Stability.STABLE:
+            return None
+        from stability.statics.tied_rest import tied_rest  # noqa: PLC0415 -- it brings numpy
+
+        problem = self.problem()
+        return tied_rest(problem, rounded(problem, self.tolerances)).forces
 
     def forces_above(self, bricks: Collection[BodyId], among: Set[BodyId] | None = None) -> Tally:
         """Return the forces of the proof on these bricks and on all that they carry, by contact.
@@ -499,6 +517,7 @@ class CountedGaps:
     tables: tuple[Placed, ...]
     joints: Joints
     loads: Loads
+    ties: Sequence[Tie] = ()
     _answer: float | None = field(default=None, init=False)
 
     def within(self) -> float:
@@ -524,7 +543,7 @@ class CountedGaps:
     def _is_stable(self, within: float) -> bool:
         tolerances = replace(self.tolerances, within=min(within, self.tolerances.within))
         site = self.planes, self.friction, self.gravity, tolerances, self.tables
-        assembly = Assembly(*site, overlap=inf, joints=self.joints, loads=self.loads)
+        assembly = Assembly(*site, overlap=inf, joints=self.joints, loads=self.loads, ties=self.ties)
         return assembly.add_all(self.bricks, names_smallest=False).stability is Stability.STABLE
 
 
@@ -554,6 +573,7 @@ class Assembly(AssemblyAnswers):
         joints: Joints = DRY,
         loads: Loads = UNLOADED,
         strengths: Mapping[BodyId, Strength] = NO_STRENGTHS,
+        ties: Sequence[Tie] = (),
     ) -> None:
         """Start with the fixed bodies: planes, and `tables`, which are boxes that never move.
 
@@ -562,7 +582,8 @@ class Assembly(AssemblyAnswers):
         much that the two would not count as touching, is a ValueError; with `inf` no overlap is. `joints` hold bodies
         together; their verdicts are those of limit analysis, in which a joint that yields keeps its force. `loads` act
         on their bricks from the placement on. `strengths` against crushing are by brick: a structure that no forces
-        within them balance is UNSTABLE, with the brick that crushes.
+        within them balance is UNSTABLE, with the brick that crushes. `ties` pull their bricks as soon as all of them
+        are placed, and come off when one of them is removed or moved.
         """
         planes, tables = listed(planes, "planes, such as [Plane(...)]"), listed(tables, "tables, such as [Placed(...)]")
         admit_site(planes, tables, friction, gravity)
@@ -570,10 +591,11 @@ class Assembly(AssemblyAnswers):
         admit_joints(joints)
         admit_loads(loads)
         admit_strengths(strengths)
+        admit_ties(ties)
         if not isinstance(tolerances, Tolerances):
             raise TypeError(f"expected Tolerances(...), not {short_repr(tolerances)}")
         self._overlap = overlap
-        self._strengths = dict(strengths)
+        self._strengths, self._ties = dict(strengths), tuple(ties)
         self._fixed = {plane.id for plane in planes} | {table.brick.id for table in tables}
         self._working = Prover(Structure(planes, tables, friction, gravity, tolerances, joints, loads))
         self._last_verdict: JournaledDict[str, Verdict] = JournaledDict(
@@ -598,7 +620,8 @@ class Assembly(AssemblyAnswers):
     def _again(self, joints: Joints, loads: Loads) -> "Assembly":
         structure = self._structure
         site = self.planes, self.friction, self.gravity, structure.tolerances, self.tables
-        again = Assembly(*site, overlap=inf, joints=joints, loads=loads, strengths=self._strengths)
+        ties = [tie for tie in self._ties if structure.ties.get(tie.name, tie) is not None]
+        again = Assembly(*site, overlap=inf, joints=joints, loads=loads, strengths=self._strengths, ties=ties)
         again.add_all(self.bricks.values(), names_smallest=len(self.bricks) <= MOST)
         again._overlap = self._overlap
         return again
@@ -615,7 +638,7 @@ class Assembly(AssemblyAnswers):
         """Return the fixed bodies and the state for pickle."""
         structure = self._structure
         fixed = self.planes, self.friction, self.gravity, structure.tolerances, self.tables
-        site = *fixed, self._overlap, self.joints, self.loads, self._strengths
+        site = *fixed, self._overlap, self.joints, self.loads, self._strengths, self._ties
         return _made_again, (type(self), site, self._prover.state(), self._verdict)
 
     # --- changes ------------------------------------------------------------------------------------------------------
@@ -687,9 +710,34 @@ class Assembly(AssemblyAnswers):
             admit_names([placed.brick.id for placed in bricks], self._fixed)
             if self._overlap < inf:
                 refuse_overlaps(prover.structure, bricks, self._overlap)
-            coming = sorted(bricks, key=by_place) if len(bricks) > 1 else bricks
+            coming = self._with_tied(prover, bricks) if self._ties else bricks
+            coming = sorted(coming, key=by_place) if len(coming) > 1 else coming
             prover.put(coming)
             return self._judged(prover, started, [placed.brick.id for placed in coming], names_smallest, keep)
+
+    def _with_tied(self, prover: Prover, coming: Sequence[Placed]) -> Sequence[Placed]:
+        """Put on the ties that coming bricks complete; return these bricks with all others that the ties pull."""
+        structure = prover.structure
+        there = structure.bricks.keys() | {placed.brick.id for placed in coming}
+        ties = [tie for tie in self._ties if tie.name not in structure.ties and tie.around <= there]
+        return [*coming, *self._taken_for(prover, ties, {tie.name: tie for tie in ties})]
+
+    def _loosened(self, prover: Prover, leaving: Collection[BodyId]) -> Sequence[Placed]:
+        """Take off the ties of bricks that leave; return all other bricks that these ties pulled."""
+        ties = [tie for tie in prover.structure.ties.values() if tie is not None and not tie.around.isdisjoint(leaving)]
+        return self._taken_for(prover, ties, dict.fromkeys(tie.name for tie in ties))
+
+    @staticmethod
+    def _taken_for(prover: Prover, ties: Sequence[Tie], now: Mapping[str, Tie | None]) -> Sequence[Placed]:
+        """Take out the present bricks that ties pull, with all above them, and put on or take off these ties."""
+        structure = prover.structure
+        pulled = {pull.brick for tie in ties for pull in tie.pulls} & structure.bricks.keys()
+        bricks = structure.with_all_above(pulled)
+        taken = [structure.bricks[name] for name in sorted(bricks)]
+        if taken:
+            prover.take(sorted(bricks))
+        structure.ties |= now
+        return taken
 
     def remove(self, bricks: Collection[BodyId], *, names_smallest: bool = True) -> Verdict:
         """Remove bricks. Bricks that they carried, or held by their weight, are judged again; see `add_all`."""
@@ -704,7 +752,13 @@ class Assembly(AssemblyAnswers):
         names = listed(bricks, "names, such as ['a']")
         self._reject_unknown(names)
         with self._changing() as prover:
-            return self._judged(prover, started, prover.take(sorted(set(names))), names_smallest, keep)
+            loosened = self._loosened(prover, names) if self._ties else ()
+            loosened = [placed for placed in loosened if placed.brick.id not in names]
+            leaving = [name for name in sorted(set(names)) if name in prover.structure.bricks]
+            again = prover.take(leaving) if leaving else []
+            prover.put(sorted(loosened, key=by_place))
+            changed = [*again, *(placed.brick.id for placed in loosened)]
+            return self._judged(prover, started, changed, names_smallest, keep)
 
     @one_thread()
     def move(self, brick: BodyId, pose: Pose) -> Verdict:
@@ -716,15 +770,19 @@ class Assembly(AssemblyAnswers):
             admit_brick(placed)
             if self._overlap < inf:
                 refuse_overlaps(prover.structure, [placed], self._overlap, leaving=brick)
-            again = prover.take([brick])
-            prover.put([placed])
-            return self._judged(prover, started, [*again, brick], names_smallest=True)
+            loosened = [each for each in self._loosened(prover, [brick]) if each.brick.id != brick]
+            again = prover.take([brick]) if brick in prover.structure.bricks else []
+            prover.put(sorted([placed, *loosened], key=by_place))
+            changed = [*again, *(each.brick.id for each in loosened), brick]
+            return self._judged(prover, started, changed, names_smallest=True)
 
     def _judged(
         self, prover: Prover, started: float, changed: Sequence[BodyId], names_smallest: bool, keep: bool = True
     ) -> Verdict:
         """Prove the unproven bricks as far as possible, and commit the change if requested."""
         verdict = None if prover.all_proven() else prover.prove(names_smallest)
+        if verdict is not None and any(tie is not None and tie.is_ranged for tie in prover.structure.ties.values()):
+            verdict = self._judged_ties(verdict, prover.structure, names_smallest)
         if verdict is None:
             verdict = Verdict(
                 Stability.STABLE, prover.costliest_stage(changed), gaps=self._gap_question(prover.structure)
@@ -738,6 +796,20 @@ class Assembly(AssemblyAnswers):
             prover.structure.journal.keep()
         return verdict_now
 
+    def _judged_ties(self, loose: Verdict, structure: Structure, names_smallest: bool) -> Verdict:
+        """Return the verdict on bricks that are not proven to stand by the tension with which ties were put on."""
+        from stability.statics.tied_rest import tied_rest  # noqa: PLC0415 -- it brings scipy
+
+        bricks = list(structure.bricks)
+        problem = structure.tied_problem(bricks, structure.contacts_of(bricks))
+        rest = tied_rest(problem, rounded(problem, structure.tolerances), names_smallest=names_smallest)
+        if rest.motion is not None:
+            reason, moving = described(problem, rest.motion), tuple(sorted(rest.motion.velocity))
+            return Verdict(Stability.UNSTABLE, Stage.CONES, reason, moving, rest.motion)
+        if rest.note:
+            return Verdict(Stability.UNDECIDED, Stage.CONES, rest.note, tuple(sorted(bricks)))
+        return Verdict(Stability.STABLE, Stage.CONES, gaps=self._gap_question(structure))
+
     def _judged_brittle(self, ductile: Verdict, structure: Structure) -> Verdict:
         """Return the verdict on bricks that stand if all joints keep their force when they yield."""
         from stability.statics.elastic_joints import elastic_factor  # noqa: PLC0415 -- it brings scipy
@@ -748,7 +820,7 @@ class Assembly(AssemblyAnswers):
             return ductile
         site = structure.planes, structure.friction, structure.gravity, structure.tolerances, structure.tables
         joints = structure.joints.without_brittle()
-        without = Assembly(*site, overlap=inf, joints=joints, loads=structure.loads)
+        without = Assembly(*site, overlap=inf, joints=joints, loads=structure.loads, ties=self._ties)
         if without.add_all(structure.bricks.values(), names_smallest=False).stability is Stability.STABLE:
             return ductile
         return Verdict(Stability.UNDECIDED, ductile.stage, BREAKS, tuple(_around_brittle(problem, structure)))
@@ -781,7 +853,7 @@ class Assembly(AssemblyAnswers):
             return ()
         bricks, site = tuple(structure.bricks.values()), (structure.planes, structure.friction, structure.gravity)
         tolerances, tables, joints = structure.tolerances, structure.tables, structure.joints
-        return (CountedGaps(bricks, across, *site, tolerances, tables, joints, structure.loads),)
+        return (CountedGaps(bricks, across, *site, tolerances, tables, joints, structure.loads, self._ties),)
 
 
 def _around_brittle(problem: Problem, structure: Structure) -> list[BodyId]:
@@ -792,8 +864,8 @@ def _around_brittle(problem: Problem, structure: Structure) -> list[BodyId]:
 
 
 def _made_again(kind: type[Assembly], site: tuple[Any, ...], known: ProverState, verdict: Verdict) -> Assembly:
-    *others, overlap, joints, loads, strengths = site
-    made = kind(*others, overlap=overlap, joints=joints, loads=loads, strengths=strengths)
+    *others, overlap, joints, loads, strengths, ties = site
+    made = kind(*others, overlap=overlap, joints=joints, loads=loads, strengths=strengths, ties=ties)
     made.restore(AssemblyState(made, known, verdict))
     return made
 

@@ -51,11 +51,11 @@ class ContactSeparation:
 
 
 def separating_motion(problem: Problem, solver: Solver = clarabel_solve) -> Motion | None:
-    """Return a motion that is proven to open every contact strictly; None if none is found.
+    """Return a motion that is proven to open every contact and to shorten every tie strictly; None if none is found.
 
     Bounded pulls of joints do not count: these may balance each other, but only up to their bounds.
     """
-    problem = without_bounded_forces(problem)
+    problem = replace(without_bounded_forces(problem), ties=problem.ties)
     rising = next(_opening(problem), None)
     if rising is not None:
         return rising
@@ -78,7 +78,9 @@ def without_bounded_forces(problem: Problem) -> Problem:
     """Return the problem with the cone of each law only: the forces that a contact bears of any size."""
     if not problem.has_joints:
         return problem
-    return replace(problem, contacts=[replace(contact, law=contact.law.unbounded) for contact in problem.contacts])
+    return replace(
+        problem, ties=(), contacts=[replace(contact, law=contact.law.unbounded) for contact in problem.contacts]
+    )
 
 
 def _opening(problem: Problem) -> Iterator[Motion]:
@@ -144,25 +146,29 @@ def widest_separation(problem: Problem, solver: Solver = clarabel_solve) -> Cont
 
     Bounded pulls of joints do not count.
     """
-    problem = without_bounded_forces(problem)
-    system = wrench_matrix(problem, whole=True, carried=dict.fromkeys(problem.bricks, 1.0))
+    problem = replace(without_bounded_forces(problem), ties=problem.ties)
+    system = wrench_matrix(problem, whole=True, carried=dict.fromkeys(problem.bricks, 1.0), any_law=True)
     room = ROOM * (1 + len(problem.bricks))
     point = solve(_program(system, len(problem.contacts), room), ACCURACY, solver)
     if isinstance(point, str) or not np.isfinite(point.x).all():
         return None
     columns = len(system.loads)
-    separations = np.clip(point.x[columns:], 0.0, 1.0)
+    separations = np.clip(point.x[columns : columns + len(problem.contacts)], 0.0, 1.0)
     return ContactSeparation(system.motion(point.x[:columns]), tuple(separations.tolist()))
 
 
 def _program(system: WrenchMatrix, contacts: int, room: float) -> ConicProgram:
-    """Return the program of the largest sum of separations, one per contact from 0 to 1, at speeds up to `room`."""
+    """Return the program of the largest sum of separations, from 0 to 1, at speeds up to `room`.
+
+    There is one for each contact, then one for each tie.
+    """
     from scipy.sparse import bmat, csc_matrix, identity  # noqa: PLC0415 -- slow to import, and few need to ask
 
     rows, columns = system.matrix.shape
     of_contact = np.repeat(np.arange(contacts), [points * normals for points, normals in system.cones.shapes])
     normals = system.rows.normals
-    which = of_contact[np.append(system.round, system.flat)]
+    ties = contacts + np.arange(len(system.most_tension))
+    which, contacts = np.append(of_contact[np.append(system.round, system.flat)], ties), contacts + len(ties)
     separation = csc_matrix((np.ones(len(normals)), (normals, which)), shape=(rows, contacts))
     speed, each = identity(columns), identity(contacts)
     matrix = bmat(
@@ -244,7 +250,7 @@ STILL = (1e-4, 1e-3, 1e-5, 1e-6, 1e-7, 1e-9, 0.0)  # as `QUIET`, for the program
 
 def _yielding_balance(problem: Problem, tolerances: Tolerances, solver: Solver) -> Balance:
     """Return the balance of a problem with bounded contact forces: central forces, or the motion of its load factor."""
-    studded = _studded_balance(problem, tolerances)
+    studded = None if problem.ties else _studded_balance(problem, tolerances)
     if studded is not None:
         return studded
     carried: Mapping[BodyId, float] | None = None
@@ -358,7 +364,7 @@ def falling_motion(
     if is_held_upright(problem):
         return None
     if problem.has_joints:
-        studded = _studded_balance(problem, tolerances)
+        studded = None if problem.ties else _studded_balance(problem, tolerances)
         if studded is not None:
             return studded.motion
         system = wrench_matrix(problem, any_law=True)

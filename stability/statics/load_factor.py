@@ -83,9 +83,10 @@ def _limits(system: WrenchMatrix) -> tuple[Matrix, Array, list[int], int]:
 
     rows, bounded = system.rows, system.bounded
     each = identity(len(rows), format="csr")
+    ties, slack = -each[system.of_ties], system.most_tension
     if bounded is None:
-        shares = np.zeros(len(rows))
-        return each, shares, [3] * rows.round, rows.flat
+        shares = np.append(np.zeros(len(rows)), slack)
+        return vstack([each, ties], format="csr"), shares, [3] * rows.round, rows.flat + len(slack)
     is_cone = np.ones(rows.round, dtype=bool)
     is_cone[bounded.cones] = False
     triples = _rows_of(np.flatnonzero(is_cone))
@@ -96,9 +97,10 @@ def _limits(system: WrenchMatrix) -> tuple[Matrix, Array, list[int], int]:
         parts.append(csr_matrix((factors, (np.arange(len(places)), places)), shape=(len(places), len(rows))))
         constants.append(np.stack([intercept, 0.0 * ones, 0.0 * ones], axis=1).ravel())
     sizes = [3] * (sum(part.shape[0] for part in parts) // 3)
-    parts += [each[rows.of_round :], each[3 * bounded.cones]]
-    constants += [np.zeros(rows.flat), -bounded.least]
-    return vstack(parts, format="csr"), np.concatenate(constants), sizes, rows.flat + len(bounded.cones)
+    parts += [each[rows.of_round :], each[3 * bounded.cones], ties]
+    constants += [np.zeros(rows.flat), -bounded.least, slack]
+    positive = rows.flat + len(bounded.cones) + len(slack)
+    return vstack(parts, format="csr"), np.concatenate(constants), sizes, positive
 
 
 def _rows_of(cones: Indices) -> Indices:

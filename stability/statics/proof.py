@@ -21,9 +21,9 @@ import numpy as np
 from stability.contact_law import ContactLaw
 from stability.geometry.round_patch import Disc, RoundPatch
 from stability.geometry.rows import Array, Indices, cross_rows
-from stability.geometry.vectors import add_scaled, dot
+from stability.geometry.vectors import add_scaled, dot, norm
 from stability.model import BodyId, Vec3
-from stability.problem import ZERO, Contact, Forces, Motion, Problem, Tolerances, Wrench
+from stability.problem import ZERO, Contact, Forces, Motion, Problem, Tolerances, UnknownTension, Wrench
 
 # Relative to a force, or to the load capacity of the lighter of its two bricks: a smaller violation of a cone is
 # rounding.
@@ -122,8 +122,9 @@ def check_forces(
     names = sorted(problem.bricks)
     cones = known or proof_cones(problem)
     pressed = _pressed(problem, forces)
-    if cones is None or pressed is None:
+    if cones is None or pressed is None or not _are_borne(problem, forces.more_tension):
         return FORCES_FAIL
+    problem = problem.drawn(forces.more_tension)
     loads = _wrenches(names, problem.loads)
     (lower, upper), (lower_arms, upper_arms) = cones.bodies, cones.arms
     wrench = np.vstack([loads, np.zeros((1, 6))])
@@ -154,8 +155,9 @@ def check_motion(
     if problem.is_round and velocity is not None:
         problem = closely_surrounded(problem, motion)
     cones = known if known and not problem.is_round else proof_cones(problem, around=True)
-    if cones is None or velocity is None:
+    if cones is None or velocity is None or not _are_borne(problem, [0.0] * len(problem.ties)):
         return MOTION_FAILS
+    problem = problem.drawn(tensions_against(problem, motion))
     (opening, sliding), speed = _slips(cones, velocity)
     excess = np.maximum(cones.laws.shortfall(opening, sliding), 0.0)
     violation = float(_ratio(excess, speed).max(initial=0.0))
@@ -169,12 +171,28 @@ def check_motion(
     return MotionCheck(holds, gain, violation)
 
 
+def tensions_against(problem: Problem, motion: Motion) -> list[float]:
+    """Return by tie the tension above the least one that takes most power from a motion [N].
+
+    The power is linear in the tension, so a motion that gains with it gains with every admissible tension.
+    """
+    return [tie.more if power(tie.pulls, motion) < 0.0 else 0.0 for tie in problem.ties]
+
+
+def _are_borne(problem: Problem, more: Sequence[float]) -> bool:
+    """Return whether there is an admissible tension for each tie, above its least one [N]."""
+    if len(more) != len(problem.ties):
+        return False
+    known = [name in problem.bricks for tie in problem.ties for name in tie.pulls]
+    return all(known) and all(0.0 <= each <= tie.more < inf for each, tie in zip(more, problem.ties, strict=True))
+
+
 def least_separating_speed(problem: Problem, motion: Motion) -> float:
     """Return the least opening speed of all contacts in a motion, relative to the speed at the contact.
 
-    It is negative if a contact closes. If it is positive, all contact forces have positive power along the motion: only
-    zero forces balance each other. This does not hold for laws that are not cones, so the result for these is minus
-    infinity.
+    The shortening of a tie counts likewise. The result is negative if a contact closes. If it is positive, all forces
+    have positive power along the motion: only zero forces balance each other. This does not hold for laws that are not
+    cones, so the result for these is minus infinity.
     """
     names = sorted(problem.bricks)
     velocity = _velocity(names, motion)
@@ -184,7 +202,18 @@ def least_separating_speed(problem: Problem, motion: Motion) -> float:
     if cones is None or velocity is None or not all(law.is_cone for _, law in cones.laws.of_kinds):
         return -inf
     slips, speed = _slips(cones, velocity)
-    return float(-_ratio(cones.laws.shortfall(*slips), speed).max(initial=-inf))
+    of_ties = min((_shortening(tie, motion) for tie in problem.ties), default=inf)
+    return min(of_ties, float(-_ratio(cones.laws.shortfall(*slips), speed).max(initial=-inf)))
+
+
+def _shortening(tie: UnknownTension, motion: Motion) -> float:
+    """Return the speed at which a tie gets shorter, relative to the speeds of its bricks where it pulls them."""
+    moving = {name: motion.velocity[name] for name in tie.pulls if name in motion.velocity}
+    speed = sum(
+        norm(tie.pulls[name].force_W) * norm(v) + norm(tie.pulls[name].torque_W) * norm(w)
+        for name, (v, w) in moving.items()
+    )
+    return power(tie.pulls, motion) / speed if speed > 0.0 else 0.0
 
 
 MOST_SPLITS = 16  # of a span of an arc

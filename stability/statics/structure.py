@@ -1,7 +1,7 @@
 """The contact graph and load core of an assembly, updated as bricks come and go."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain, count
 from math import inf
 
@@ -16,10 +16,11 @@ from stability.graph import reached
 from stability.joints import DRY, Joints
 from stability.loads import UNLOADED, Loads
 from stability.model import BodyId, Plane, Vec3
-from stability.problem import Contact, Placed, Problem, Tolerances, Wrench
+from stability.problem import Contact, Placed, Problem, Tolerances, UnknownTension, Wrench
 from stability.statics.journal import Journal, JournaledDict, JournaledNeighbours
 from stability.statics.load_core import LoadCore, carries_upright, core_of
 from stability.statics.propagation import VerticalLoad
+from stability.ties import Tie
 from stability.work_limit import BRICK, CORE, add_work
 
 # The bricks of an assembly, their contacts and load cores, updated as bricks are added and removed.
@@ -43,6 +44,7 @@ class StructureState:
     across_gaps: Mapping[tuple[BodyId, BodyId], tuple[Contact, ...]]
     joined: Mapping[tuple[BodyId, BodyId], tuple[Contact, ...]]
     applied: Mapping[BodyId, Wrench]
+    ties: Mapping[str, Tie | None]
 
 
 @dataclass
@@ -68,7 +70,9 @@ class Structure:
     cores: JournaledDict[BodyId, LoadCore] = field(init=False)
     # The weight of each brick, with its applied loads if the sum is a vertical force downwards.
     weights: JournaledDict[BodyId, VerticalLoad] = field(init=False)
-    applied: JournaledDict[BodyId, Wrench] = field(init=False)  # the loads on each loaded brick
+    applied: JournaledDict[BodyId, Wrench] = field(init=False)  # the loads on each loaded brick, and pulls of ties
+    # The ties that hold, which pull bricks that are placed from then on; None for those that have come off.
+    ties: JournaledDict[str, Tie | None] = field(init=False)
     # by lower and upper body
     across_gaps: JournaledDict[tuple[BodyId, BodyId], tuple[Contact, ...]] = field(init=False)
     # by lower and upper body: the contacts that joints add to that in `touching`
@@ -97,6 +101,7 @@ class Structure:
         )
         self.across_gaps, self._solids = JournaledDict(self.journal), JournaledDict(self.journal)
         self.joined, self.applied = JournaledDict(self.journal), JournaledDict(self.journal)
+        self.ties = JournaledDict(self.journal)
         self._neighbours = JournaledNeighbours(journal=self.journal)
         self._law = as_friction(self.friction)
         for placed in self.tables:
@@ -114,7 +119,7 @@ class Structure:
         contacts = self._found(own)
         filled = self._filled_by(own, contacts)
         self.bricks[name] = placed
-        applied = self.loads.wrench(placed)
+        applied = self._applied_to(placed)
         if applied is not None:
             self.applied[name] = applied
         self.weights[name] = self._upright(placed) or self._own_weight(placed)
@@ -139,7 +144,7 @@ class Structure:
         for placed, box in zip(coming, own, strict=True):
             name = placed.brick.id
             self.bricks[name] = placed
-            if (applied := self.loads.wrench(placed)) is not None:
+            if (applied := self._applied_to(placed)) is not None:
                 self.applied[name] = applied
             self.weights[name] = self._upright(placed) or self._own_weight(placed)
             self._show(box)
@@ -397,6 +402,7 @@ class Structure:
             dict(self.across_gaps),
             dict(self.joined),
             dict(self.applied),
+            dict(self.ties),
         )
 
     def restore(self, state: StructureState) -> None:
@@ -416,6 +422,7 @@ class Structure:
         self.across_gaps.replace(state.across_gaps)
         self.joined.replace(state.joined)
         self.applied.replace(state.applied)
+        self.ties.replace(state.ties)
         self._turn.replace(state.turn)
         self._turns = count(max([next(self._turns), *(turn + 1 for turn in state.turn.values())]))
 
@@ -460,11 +467,44 @@ class Structure:
         return [*contacts.values(), *(added for pair in pairs for added in self.joined.get(pair, ()))]
 
     def problem(self, group: Sequence[BodyId], contacts: Sequence[Contact]) -> Problem:
-        """Return the equilibrium problem of a group under its weight and the loads on it."""
+        """Return the equilibrium problem of a group under its weight and the loads on it.
+
+        Its ties have the tension with which they were put on.
+        """
         add_work(BRICK * len(group))
         loads = {brick: self._load(brick) for brick in group}
         applied = {brick: self.applied[brick] for brick in group if brick in self.applied} if self.applied else {}
-        return Problem({brick: self.bricks[brick] for brick in group}, contacts, loads, applied)
+        bricks = {brick: self.bricks[brick] for brick in group}
+        if not (applied and self.ties):
+            return Problem(bricks, contacts, loads, applied)
+        own = {name: wrench for name in applied if (wrench := self.loads.wrench(bricks[name])) is not None}
+        pulled = {name: wrench for name in applied if (wrench := self._pulled(bricks[name])) is not None}
+        return Problem(bricks, contacts, loads, own, pulled)
+
+    def tied_problem(self, group: Sequence[BodyId], contacts: Sequence[Contact]) -> Problem:
+        """Return the problem of a group with the tension of its ties unknown, up to their strength."""
+        problem = self.problem(group, contacts)
+        ties = [tie for tie in self.ties.values() if tie is not None and tie.is_ranged]
+        unknown = []
+        for tie in sorted(ties, key=lambda each: each.name):
+            placed = {name: problem.bricks[name] for name in tie.around if name in problem.bricks}
+            pulls = {name: pull for name, each in sorted(placed.items()) if (pull := tie.pull_on(each)) is not None}
+            if pulls:
+                unknown.append(UnknownTension(tie.name, pulls, tie.tension, tie.strength))
+        return replace(problem, ties=tuple(unknown)) if unknown else problem
+
+    def _applied_to(self, placed: Placed) -> Wrench | None:
+        """Return the loads on a brick and the pulls of ties; None if there are none."""
+        loads, pulls = self.loads.wrench(placed), self._pulled(placed)
+        return loads if pulls is None else pulls if loads is None else loads.plus(pulls)
+
+    def _pulled(self, placed: Placed) -> Wrench | None:
+        """Return the pulls of ties on a brick, at the tension with which they were put on; None if there are none."""
+        if not self.ties:
+            return None
+        name = placed.brick.id
+        ties = sorted((tie for tie in self.ties.values() if tie is not None), key=lambda tie: tie.name)
+        return Loads(tuple(load for tie in ties for load in tie.loads() if load.brick == name)).wrench(placed)
 
     def _load(self, brick: BodyId) -> Wrench:
         """Return the weight of a brick with the loads on it."""

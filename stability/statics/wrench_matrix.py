@@ -6,7 +6,8 @@ load capacity of its upper body. All positions are relative to the bricks' centr
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from itertools import islice
 from math import hypot
 from typing import Any, TypeAlias
@@ -48,7 +49,8 @@ class WrenchMatrix:
     Columns: the three components of each brick's velocity, then of its spin, without those that no force affects. With
     slips `S = matrix @ u`, forces `f` in units of `row_scale` balance loads if `matrix.T @ f + loads = 0`.
 
-    The rows hold the forces above the tips of the cones; the pulls at the tips count as loads.
+    The rows hold the forces above the tips of the cones; the pulls at the tips count as loads. The last rows without
+    friction are the tensions of ties above their least ones, up to `most_tension`.
     """
 
     names: tuple[BodyId, ...]
@@ -63,16 +65,25 @@ class WrenchMatrix:
     kept: Indices  # (columns,) their indices among the 6 bricks
     pulls: Array  # (columns,) of the forces at the tips of the cones
     bounded: BoundedRows | None = None  # the points with a law that is no cone, if any law was admitted
+    most_tension: Array = field(default_factory=partial(np.zeros, 0))  # (ties,) in units of their rows
+
+    @property
+    def of_ties(self) -> slice:
+        """Return the rows of ties."""
+        return slice(len(self.rows) - len(self.most_tension), len(self.rows))
 
     def project(self, rows: Array) -> Array:
         """Return the nearest forces that all contacts can bear."""
         nearest = self.rows.project(rows)
+        nearest[self.of_ties] = np.minimum(nearest[self.of_ties], self.most_tension)
         return nearest if self.bounded is None else self.bounded.project(rows, nearest)
 
     def room(self, rows: Array) -> Array:
         """Return by row the distance of its normal force from the least one."""
         normal = rows[self.rows.normals]
-        return self.rows.by_row(normal if self.bounded is None else self.bounded.above_least(normal))
+        room = self.rows.by_row(normal if self.bounded is None else self.bounded.above_least(normal))
+        room[self.of_ties] = np.minimum(room[self.of_ties], self.most_tension - room[self.of_ties])
+        return room
 
     def opening(self, columns: Array) -> tuple[Array, Sparse]:
         """Return by cone the excess of its opening speed over the least one for bounded power, and the derivatives."""
@@ -98,14 +109,15 @@ class WrenchMatrix:
 
     def forces(self, rows: Array) -> Forces:
         """Return contact forces from the forces of the rows."""
-        return Forces(grouped(self.cones.shapes, self.forces_W(rows)))
+        tensions = rows[self.of_ties] * self.row_scale[self.of_ties]
+        return Forces(grouped(self.cones.shapes, self.forces_W(rows)), tuple(tensions.tolist()))
 
     def forces_W(self, rows: Array) -> Array:
         """Return (cones, 3) the same forces as one array [N]."""
         rows = rows * self.row_scale
         forces = np.zeros((len(self.cones.lower), 3))
         forces[self.round] = np.einsum("ij,ijk->ik", self.rows.triples(rows), self.cones.axes_W[self.round])
-        forces[self.flat] = self.rows.singles(rows)[:, None] * self.cones.axes_W[self.flat, 0]
+        forces[self.flat] = self.rows.singles(rows)[: len(self.flat), None] * self.cones.axes_W[self.flat, 0]
         return forces + self.cones.tips_W
 
     def greatest_forces(self, rows: Array) -> dict[BodyId, float]:
@@ -159,23 +171,33 @@ def wrench_matrix(
     """Return the matrix of a problem; if `whole`, with all columns, for other loads than its own.
 
     `carried` is the load capacity of each brick [N]; by default the load passed down to it. With `any_law` contacts may
-    have any law: the points of a law that is no cone have three rows and no tip, and the caller limits their forces.
+    have any law: the points of a law that is no cone have three rows and no tip, and the caller limits their forces,
+    as those of ties. Without it, raises OtherLawError for ties of unknown tension.
     """
+    if problem.ties and not any_law:
+        raise OtherLawError("this analysis is not supported for ties of unknown tension")
     names = tuple(sorted(problem.bricks))
     add_matrix(sum(len(c.points_W) * len(c.normals_W) for c in problem.contacts))
     cones = cones_of(problem, names, any_law=any_law)
     force, length = _brick_scales(problem, names, passed_down(problem) if carried is None else carried)
     with_friction, without = with_and_without(cones.friction)
-    rows = ConeRows(len(with_friction), len(without))
-    row_cone = rows.by_row(np.append(with_friction, without))
-    axis = rows.joined(np.tile(np.arange(3), (rows.round, 1)), np.zeros(rows.flat, dtype=np.int64))
+    contacts = ConeRows(len(with_friction), len(without))
+    rows = ConeRows(contacts.round, contacts.flat + len(problem.ties))
+    row_cone = contacts.by_row(np.append(with_friction, without))
+    axis = contacts.joined(np.tile(np.arange(3), (contacts.round, 1)), np.zeros(contacts.flat, dtype=np.int64))
     held = np.where(cones.upper < len(names), cones.upper, cones.lower)
     row_scale = np.append(force, 1.0)[held][row_cone] * row_units(cones.friction)[row_cone, axis]
+    index = {name: i for i, name in enumerate(names)}
+    tie_scale = np.array([max(force[index[name]] for name in tie.pulls) for tie in problem.ties])
+    row_scale = np.append(row_scale, tie_scale)
     column_scale = np.stack([force, force, force, *[force * length] * 3], axis=1).ravel()
     pulls = _pulls(problem, names, cones).ravel() / column_scale
     loads = wrench_array(names, problem.loads).ravel() / column_scale + pulls
     acts = np.ones(len(loads), dtype=bool) if whole else loads != 0.0
-    matrix, kept = _kept(_matrix(problem, names, cones, row_cone, axis), acts, row_scale, column_scale)
+    entries = _matrix(problem, names, cones, row_cone, axis)
+    if problem.ties:
+        entries = _with_ties(problem, names, entries)
+    matrix, kept = _kept(entries, acts, row_scale, column_scale)
     limits = bounded_rows(problem.contacts, with_friction, row_scale) if any_law else None
     return WrenchMatrix(
         names,
@@ -190,6 +212,7 @@ def wrench_matrix(
         kept,
         pulls[kept],
         limits,
+        np.array([tie.more for tie in problem.ties]) / tie_scale,
     )
 
 
@@ -262,6 +285,22 @@ def _matrix(
         entries += [signed, cross_rows(points - centres[body], signed)]
         columns.append(np.minimum(body[:, None] * 6 + np.arange(6), 6 * len(names)))
     return np.concatenate(entries, axis=1), np.concatenate(columns, axis=1)
+
+
+def _with_ties(problem: Problem, names: Sequence[BodyId], of_contacts: tuple[Array, Indices]) -> tuple[Array, Indices]:
+    """Return entries and columns as `_matrix`, with a row of all bricks for each tie."""
+    entries, columns = of_contacts
+    width = max(entries.shape[1], 6 * max(len(tie.pulls) for tie in problem.ties))
+    more = width - entries.shape[1]
+    rows, places = np.zeros((len(problem.ties), width)), np.full((len(problem.ties), width), 6 * len(names))
+    for number, tie in enumerate(problem.ties):
+        bricks = sorted(tie.pulls)
+        own = wrench_array(bricks, tie.pulls).ravel()
+        rows[number, : len(own)] = own
+        at = np.array([names.index(name) for name in bricks])
+        places[number, : len(own)] = (6 * at[:, None] + np.arange(6)).ravel()
+    wider = np.pad(entries, ((0, 0), (0, more))), np.pad(columns, ((0, 0), (0, more)), constant_values=6 * len(names))
+    return np.concatenate([wider[0], rows]), np.concatenate([wider[1], places])
 
 
 def _kept(
