@@ -55,6 +55,7 @@ CODES = {
     "SD211": "not everything is played with joints or several parts, or judged under loads",
     "SD212": "not everything is played or computed for round bricks",
     "SD213": "not everything is judged for bricks with a strength",
+    "SD214": "not everything is judged for tied bricks",
 }
 
 

@@ -20,6 +20,7 @@ from stability.problem import Stability, Tolerances
 from stability.statics.assembly import Assembly
 from stability.strength import Strength
 from stability.supports import SupportMotion
+from stability.ties import Tie
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +35,13 @@ class FixedWorld:
     loads: Loads = UNLOADED
     strengths: Mapping[BodyId, Strength] = field(default_factory=dict)  # of bricks, against crushing
     supports: tuple[SupportMotion, ...] = ()  # movements of the ground below bricks
+    ties: tuple[Tie, ...] = ()  # judged at rest only
 
     def assembly(self) -> Assembly:
         """Return an assembly for statics, without bricks."""
         site = self.planes, self.friction, self.gravity, self.tolerances
-        return Assembly(*site, overlap=inf, joints=self.joints, loads=self.loads, strengths=self.strengths)
+        judged = {"joints": self.joints, "loads": self.loads, "strengths": self.strengths, "ties": self.ties}
+        return Assembly(*site, overlap=inf, **judged)
 
     @property
     def has_joints(self) -> bool:

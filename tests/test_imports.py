@@ -23,6 +23,7 @@ LAYERS = {
         {"contact_law"},
         {"problem"},
         {"contacts", "joints", "loads", "strength", "supports"},
+        {"ties"},
         {"statics"},
         {"analysis", "dynamics"},
         {"engines"},

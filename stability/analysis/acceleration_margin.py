@@ -498,7 +498,7 @@ def acceleration(
     """
     if problem.is_brittle:
         raise OtherLawError("the margin of acceleration is not computed for brittle joints")
-    if not all(contact.law.is_shifted_cone for contact in problem.contacts):
+    if problem.ties or not all(contact.law.is_shifted_cone for contact in problem.contacts):
         weights = weights_of(problem, gravity)
         joined = acceleration_of_joined(problem, weights, tolerance, rounded(problem, tolerances))
         if joined is None:

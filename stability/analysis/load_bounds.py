@@ -122,6 +122,8 @@ def _of_groups(
 ) -> dict[Key, Carried] | None:
     if problem.is_round:
         raise OtherLawError("loads of bricks with round contacts are not supported")
+    if problem.ties:
+        raise OtherLawError("loads of bricks with ties of unknown tension are not supported")
     bounds = SumBounds(problem, tolerances)
     found: dict[Key, Carried] = {}
     for key, contacts in groups.items():

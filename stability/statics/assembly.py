@@ -358,10 +358,18 @@ class AssemblyAnswers:
         return tuple(rests_on(self._structure, self._prover.ledger, brick))
 
     def problem(self, bricks: Collection[BodyId] | None = None) -> Problem:
-        """Return the equilibrium problem of some bricks with all others held fixed, or that of all bricks."""
+        """Return the equilibrium problem of some bricks with all others held fixed, or that of all bricks.
+
+        Ties whose tension the loads determine have an unknown one, up to their strength.
+        """
         group = list(self._structure.bricks) if bricks is None else sorted(bricks)
         self._reject_unknown(group)
-        return self._structure.tied_problem(group, self._structure.contacts_of(group))
+        problem = self._structure.tied_problem(group, self._structure.contacts_of(group))
+        if not problem.ties:
+            return problem
+        from stability.statics.tied_rest import determined_tensions  # noqa: PLC0415 -- it brings numpy
+
+        return determined_tensions(problem)
 
     def forces(self) -> Forces | None:
         """Return contact forces that balance all bricks, one entry per contact of `all_contacts()`; None unless STABLE.

@@ -44,10 +44,11 @@ ACCURACY = 1e-9  # requested accuracy of the solver; its results are checked
 
 @dataclass(frozen=True, slots=True)
 class ContactSeparation:
-    """Motion, and the separation of each contact of a problem: from 0 for none to 1."""
+    """Motion, and the separation of each contact of a problem: from 0 for none to 1, and likewise of each tie."""
 
     motion: Motion
     of_contacts: tuple[float, ...]
+    of_ties: tuple[float, ...] = ()  # by which it gets shorter
 
 
 def separating_motion(problem: Problem, solver: Solver = clarabel_solve) -> Motion | None:
@@ -153,8 +154,8 @@ def widest_separation(problem: Problem, solver: Solver = clarabel_solve) -> Cont
     if isinstance(point, str) or not np.isfinite(point.x).all():
         return None
     columns = len(system.loads)
-    separations = np.clip(point.x[columns : columns + len(problem.contacts)], 0.0, 1.0)
-    return ContactSeparation(system.motion(point.x[:columns]), tuple(separations.tolist()))
+    separations, count = tuple(np.clip(point.x[columns:], 0.0, 1.0).tolist()), len(problem.contacts)
+    return ContactSeparation(system.motion(point.x[:columns]), separations[:count], separations[count:])
 
 
 def _program(system: WrenchMatrix, contacts: int, room: float) -> ConicProgram:

@@ -1,22 +1,22 @@
 """Bricks that stand by ties whose tension is more than that with which they were put on.
 
-The tension of a tie is a force like the pressure of a contact: nothing but balance determines it. A motion proves a
-fall if it gains power with the tension that takes most from it. Balanced forces prove rest if no part of them is
-self-stress. If some motion opens every contact and shortens every tie, there is none. Otherwise the ties have to be put
-on with the tension that balance needs.
+A tie has the tension with which it was put on, unless the balance of the bricks needs more. A motion proves a fall if
+it gains power with the tension that takes most from it. A larger tension may be self-stress, which presses bricks
+together and which nothing ensures. If some motion opens every contact and shortens some ties, the tensions of these
+ties are none: the loads determine them. All other ties keep their first tension.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stability.problem import Forces, Motion, Problem, Tolerances
 from stability.process_settings import one_thread
 from stability.statics.conic_program import clarabel_solve
-from stability.statics.equilibrium import balance, separating_motion
+from stability.statics.equilibrium import balance, separating_motion, widest_separation
 from stability.statics.load_factor import least_forces
 from stability.statics.mechanism import smallest_mechanism
-from stability.statics.self_stress import forces_without_self_stress
+from stability.statics.self_stress import SHUT, forces_without_self_stress
 from stability.statics.wrench_matrix import wrench_matrix
 
 ACCURACY = 1e-10  # requested of the solver; its results are checked
@@ -42,8 +42,13 @@ def tied_rest(problem: Problem, tolerances: Tolerances, *, names_smallest: bool 
         return TiedRest(motion=motion)
     if found.forces is None:
         return TiedRest(note=f"too close to the limit of stability for a proof in either direction ({found.note})")
-    if separating_motion(problem) is not None:
-        return TiedRest(found.forces)
+    determined = determined_tensions(problem)
+    if determined.ties != problem.ties:
+        found = balance(determined, tolerances)
+    if found.forces is not None and (not determined.ties or separating_motion(determined) is not None):
+        forces = forces_without_self_stress(determined, found.forces, tolerances)
+        if forces is not None:
+            return TiedRest(forces)
     needed = needed_tensions(problem, tolerances)
     if needed is None:
         return TiedRest(note="only self-stress can hold the structure: forces that its loads do not require")
@@ -53,6 +58,17 @@ def tied_rest(problem: Problem, tolerances: Tolerances, *, names_smallest: bool 
         if more > 0.0
     )
     return TiedRest(note=f"it needs {tightened}, but nothing draws it tighter than it was put on")
+
+
+def determined_tensions(problem: Problem) -> Problem:
+    """Return the problem with those ties only whose tension the loads determine; the others keep their least one."""
+    if not problem.ties:
+        return problem
+    widest = widest_separation(problem)
+    if widest is None:
+        return replace(problem, ties=())
+    pairs = zip(problem.ties, widest.of_ties, strict=True)
+    return replace(problem, ties=tuple(tie for tie, shortening in pairs if shortening > SHUT))
 
 
 def needed_tensions(problem: Problem, tolerances: Tolerances) -> tuple[float, ...] | None:

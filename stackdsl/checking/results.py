@@ -100,6 +100,9 @@ def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
 
 
 def _obstacle(case: Case, blocked: Blocked) -> Diagnostic:
+    if blocked.unplayed and case.timeline.world.ties:
+        hint = "draw the ties tighter, claim only `verdict` and `margin`, run it on `exact`, or remove `ties`"
+        return Diagnostic("SD214", case.source.key_span_of(("ties",)), blocked.unplayed, hint)
     if blocked.unplayed:
         if not case.timeline.world.has_joints and not case.timeline.has_loads:
             first = next(iter(case.timeline.world.strengths))

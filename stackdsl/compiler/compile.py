@@ -52,6 +52,7 @@ from stackdsl.compiler.schedule import (
 )
 from stackdsl.compiler.strengths import strengths_of, unsupported_strengths
 from stackdsl.compiler.supports import invalid_supports, support_motions
+from stackdsl.compiler.ties import invalid_ties, ties_of
 from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean
 from stackdsl.language.bricks import CATALOGUE, BrickKind
 from stackdsl.language.schema import PairOfBodies, Scenario
@@ -280,6 +281,7 @@ CHECKS: Final[Sequence[Check]] = (
     unsupported_round_bricks,
     invalid_supports,
     unsupported_strengths,
+    invalid_ties,
 )
 CHECKS_IN_TIME: Final[Sequence[Check]] = (
     early_removals,
@@ -346,8 +348,8 @@ def _world(built: ResolvedScenario, scenario: Scenario, planes: tuple[Plane, ...
     touching, friction = scenario.world.touching, friction_of(built, scenario)
     within = inf if touching is None else touching
     motions = support_motions(built, scenario)
-    strengths = strengths_of(built, scenario)
-    return FixedWorld(scenario.world.gravity, friction, planes, within, strengths=strengths, supports=motions)
+    judged = {"strengths": strengths_of(built, scenario), "ties": ties_of(built, scenario)}
+    return FixedWorld(scenario.world.gravity, friction, planes, within, supports=motions, **judged)
 
 
 def _timeline(built: ResolvedScenario, impacts: Iterable[tuple[ActionOrder, Action]], scenario: Scenario) -> Timeline:

@@ -158,7 +158,7 @@ def _timed_rules(built: ResolvedScenario, scenario: Scenario) -> list[_TimedRule
 
 def _named(built: ResolvedScenario, scenario: Scenario) -> Mapping[str, frozenset[BodyId]]:
     """Return the bodies of each name, and those of all names under an empty one; none for unknown names."""
-    named = defaultdict(frozenset[BodyId], _bodies(built, scenario))
+    named = defaultdict(frozenset[BodyId], bodies_by_name(built, scenario))
     named[""] = frozenset(name for bodies in named.values() for name in bodies)
     return named
 
@@ -206,7 +206,7 @@ def _joint(item: JointKind, smooth: frozenset[BodyId]) -> Joint | None:
     return None
 
 
-def _bodies(built: ResolvedScenario, scenario: Scenario) -> Mapping[str, frozenset[BodyId]]:
+def bodies_by_name(built: ResolvedScenario, scenario: Scenario) -> Mapping[str, frozenset[BodyId]]:
     """Return the bodies that each name stands for: a brick or a plane, the bricks of a kind, or those of a step."""
     bodies: defaultdict[str, set[BodyId]] = defaultdict(set)
     for kind in (*CATALOGUE, *scenario.brick_types):
@@ -244,7 +244,7 @@ def invalid_joints(built: ResolvedScenario, scenario: Scenario, source: Source) 
 
 
 def _names(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    bodies = _bodies(built, scenario)
+    bodies = bodies_by_name(built, scenario)
     planes = {plane.id for plane in built.planes}
     meanings = (
         ({*CATALOGUE, *scenario.brick_types}, "a kind of brick"),

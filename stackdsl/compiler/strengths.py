@@ -6,15 +6,15 @@ from typing import Final
 from stability.geometry.round_solid import RoundSolid
 from stability.model import BodyId
 from stability.strength import Strength
+from stackdsl.compiler.at_rest import what_moves
 from stackdsl.compiler.joints import are_joined
 from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.schema import Scenario
-from stackdsl.language.yaml.source import KeyPath, Source
+from stackdsl.language.yaml.source import Source
 from stackdsl.trace import USED_STRENGTH, is_load
 
 SYSTEM: Final = "exact"  # the only system that judges strengths
-AT_REST: Final = frozenset({"remove", "insert"})  # impacts that are judged without motion
 NOT_MODELLED: Final = "crushing is judged at rest only"
 
 
@@ -51,10 +51,7 @@ def unsupported_strengths(built: ResolvedScenario, scenario: Scenario, source: S
         message = f"samples are not drawn for bricks with a strength, such as '{first.name}'"
         hint = "remove `samples` and all `uncertain` values"
         yield Diagnostic("SD213", source.key_span_of(("samples",)), message, hint)
-    if dropped := next((brick for brick in built.bricks if brick.written.drop), None):
-        message = f"{NOT_MODELLED}, and brick '{dropped.name}' is dropped"
-        yield Diagnostic("SD213", source.span_of(dropped.written.path), message, "set it down, or remove `strength`")
-    yield from _in_motion(scenario, source)
+    yield from what_moves(built, scenario, source, "SD213", NOT_MODELLED, "strength")
     yield from _claimed(scenario, source)
 
 
@@ -65,25 +62,6 @@ def _without_strength(scenario: Scenario, source: Source) -> Iterator[Diagnostic
                 span = source.key_span_of((key, number, claim.kind, USED_STRENGTH))
                 hint = "add it to their kind, such as `strength: {stack: 120 kg}`"
                 yield Diagnostic("SD213", span, "no brick has a `strength`", hint)
-
-
-def _in_motion(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    paths: list[tuple[KeyPath, str]] = [
-        (("impacts", number, impact.kind), impact.kind)
-        for number, impact in enumerate(scenario.impacts)
-        if impact.kind not in AT_REST
-    ]
-    paths += [(("build", number, "place"), "place") for number, step in enumerate(scenario.build) if step.place]
-    if scenario.world.shake is not None:
-        paths.append((("world", "shake"), "shake"))
-    for path, key in paths:
-        message = f"{NOT_MODELLED}, and `{key}` moves bricks"
-        yield Diagnostic("SD213", source.key_span_of(path), message, f"remove `{key}`, or `strength`")
-    for number, load in enumerate(scenario.loads):
-        if any(amount != load.rows[0][1] for _, amount in load.rows):
-            message = f"{NOT_MODELLED}, under loads that do not change"
-            hint = "write a constant load, and vary it with `find`"
-            yield Diagnostic("SD213", source.key_span_of(("loads", number, load.kind)), message, hint)
 
 
 def _claimed(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:

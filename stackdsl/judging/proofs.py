@@ -273,7 +273,7 @@ def _of_rigid(
     if {"acceleration", "tilt"}.intersection(requested) and not problem.is_brittle:
         on_stage("margin of acceleration and tilt")
         margins = _shaken(problem, assembly.gravity, margins)
-    if problem.applied:
+    if problem.applied or problem.is_tied:
         margins = replace(margins, tilt=None)  # it reduces the weight that holds against the loads
     margins = replace(margins, settlement=_settlement(assembly, supports if "settlement" in requested else ()))
     if problem.has_joints:
@@ -282,7 +282,7 @@ def _of_rigid(
         on_stage("margin of friction")
         roughest = max((contact.law.friction for contact in problem.contacts), default=0.0)
         margins = replace(margins, friction=least_friction(problem).coefficient, roughest=roughest)
-    if "placement" in requested and not problem.applied:
+    if "placement" in requested and not (problem.applied or problem.is_tied):
         on_stage("margin of placement")
         planes = [plane.id for plane in assembly.planes]
         placed = placement(problem, planes=planes)
@@ -342,8 +342,9 @@ def weakest_of(assembly: Assembly) -> Weakest | None:
 
 
 def _loaded(problem: Problem) -> VerdictMargins:
-    # Of applied loads, these grow; otherwise the weights do.
-    found = load_factor(problem.unloaded, problem.applied) if problem.applied else load_factor(problem)
+    # Of applied loads, these grow; otherwise the weights do, while ties keep the tension with which they were put on.
+    growing = problem.applied or (problem.weights if problem.pulled else None)
+    found = load_factor(problem) if growing is None else load_factor(problem.without(growing), growing)
     if found is None:
         return VerdictMargins()
     yields = gives_way_text(problem, found)
@@ -470,7 +471,7 @@ def survival_of(
     tips = first_tipping(problem, assembly.gravity) if slides else None
     alone = apart(problem, assembly.gravity, first.acceleration) if first is not None else None
     along = tuple(_along(problem, each, first, texts) for each in bearings)
-    if problem.applied:
+    if problem.applied or problem.is_tied:
         along = tuple(replace(each, tilt=None) for each in along)
     beyond = loaded.load_factor, loaded.yields
     return Survival(along, first, tips, alone, load_factor=beyond[0], loaded=loaded.loaded, yields=beyond[1])

@@ -291,6 +291,7 @@ REPEATABLE: Final = (
     "impacts",
     "loads",
     "supports",
+    "ties",
     "expect",
     "truth",
 )  # lists of repeatable items, besides `bricks` of a step

@@ -34,6 +34,7 @@ from stackdsl.language.model_base import AnchorText, AuthorModel, Shorthand, Tim
 from stackdsl.language.quantities import InputError
 from stackdsl.language.records import Record, RecordFile, joined_courses
 from stackdsl.language.supports import Supports
+from stackdsl.language.ties import Ties
 from stackdsl.language.value_types import MAX_BRICKS
 
 # Friction of particular pairs, besides the one coefficient that most scenarios have.
@@ -439,6 +440,7 @@ class Scenario(AuthorModel):
     )
     loads: Loads = Field((), description="lasting forces, weights, pressures, wind and others on bricks")
     supports: Supports = Field((), description="movements of the ground below bricks, until the structure falls")
+    ties: Ties = Field((), description="straps, bands and rods, which hold from the placement of their last brick on")
     samples: t.Samples | None = Field(
         None, description="maximum number of random samples; claims then state the share of samples in which they hold"
     )

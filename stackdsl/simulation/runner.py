@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from stability.engines.scene_scale import SAMPLING
 from stability.geometry.vectors import add
 from stability.model import GROUND, BodyId
+from stability.problem import Stability
 from stability.process_settings import one_thread, rarely_collected
 from stackdsl.simulation.after_collapse import after_collapse, last_arrival, time_of
 from stackdsl.simulation.brick_tracks import (
@@ -155,7 +156,7 @@ def _require_played(timeline: Timeline, system: System) -> None:
     """Raise BlockedPlacementError if the system does not play the joints, loads or strengths of a timeline."""
     plays = system.method is Method.PROVEN and system.engine.records_steps and system.modification == AS_WRITTEN
     what = "joints" if timeline.world.has_joints else "loads" if timeline.has_loads else ""
-    what = what or ("strengths" if timeline.world.strengths else "")
+    what = what or ("strengths" if timeline.world.strengths else "ties" if timeline.world.ties else "")
     if what and not plays:
         first = timeline.placements[0]
         unplayed = f"the system '{system.name}' plays no {what}"
@@ -193,6 +194,7 @@ class _Run:
             self.passed += 1
             if (self.islands.undecided and not self.timeline.watched) or self._crushed():
                 return
+            self._require_rest(moment)
         self._advance(self._end())
         if self.collapse:
             self._advance(self._end())
@@ -246,6 +248,18 @@ class _Run:
         extension = self.islands.extension
         everything = {name: state for states in seen.values() for name, state in states.items()}
         self.measures.acted(everything, extension.verdict() if extension is not None else None)
+
+    def _require_rest(self, moment: Moment) -> None:
+        """Raise BlockedPlacementError if tied bricks have to be played, as they are not proven to stand."""
+        ties = self.timeline.world.ties
+        extension = self.islands.extension if ties and self.timeline.watched else None
+        verdict = extension.verdict() if extension is not None else None
+        if verdict is None or verdict.stability is Stability.STABLE:
+            return
+        first, now = self.timeline.placements[0].brick.id, time_of(moment)
+        judged = f"is {verdict.stability.upper()} at {now:g} s: {verdict.reason}"
+        unplayed = f"the tied structure {judged}; ties such as '{ties[0].name}' are judged at rest only, and not played"
+        raise BlockedPlacementError(Blocked(first, now, first, 0.0, unplayed=unplayed))
 
     def _crushed(self) -> bool:
         """End the run if a brick crushes under the last change: the motion that follows is not modelled."""

@@ -95,6 +95,7 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Stabilize
                 tolerances=scene.tolerances,
                 joints=scene.joints,
                 strengths=scene.strengths,
+                ties=scene.ties,
                 recorder=cast("RecordsSteps", world) if scene.has_joints else None,
             )
         case Method.PUBLISHED:

@@ -33,6 +33,7 @@ from stability.stabilizers.rest import LimitsBySize, RestLimits
 from stability.statics.assembly import Assembly
 from stability.statics.opened_joints import Pair, held_pairs
 from stability.strength import Strength
+from stability.ties import Tie
 
 # Factors on an acceleration of the ground at the end of what joined bricks are proven to bear, until they yield.
 BEYOND = (1.0, 1.0001, 1.001, 1.01)
@@ -82,6 +83,7 @@ def changed(
             joints=assembly.joints,
             loads=assembly.loads,
             strengths=assembly.strengths,
+            ties=assembly.ties,
         )
         verdict = assembly.add_all(standing)
     return ChangedAssembly(assembly, verdict, pushed)
@@ -120,6 +122,7 @@ class ProvenStability(Stabilizer):
     tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
     joints: Joints = DRY
     strengths: Mapping[BodyId, Strength] = field(default_factory=dict)  # against crushing, at rest only
+    ties: Sequence[Tie] = ()  # at rest only
     # Repeats steps in which joints open; None: joints of bricks in motion hold until these come to rest.
     recorder: RecordsSteps | None = None
     assembly: Assembly = field(init=False)
@@ -172,6 +175,7 @@ class ProvenStability(Stabilizer):
             overlap=inf,
             joints=self.joints,
             strengths=self.strengths,
+            ties=self.ties,
         )
 
     def awake(self) -> list[BodyId]:
@@ -538,7 +542,7 @@ class ProvenStability(Stabilizer):
         standing = tuple(self.assembly.bricks.values())
         site = planes, self.friction, self.assembly.gravity, self.tolerances, tables
         joints, loads, strengths = self._joined.joints, self.assembly.loads, self.strengths
-        self.assembly = Assembly(*site, overlap=inf, joints=joints, loads=loads, strengths=strengths)
+        self.assembly = Assembly(*site, overlap=inf, joints=joints, loads=loads, strengths=strengths, ties=self.ties)
         judgement = release_until_stable(self.assembly, self.assembly.add_all([*standing, *added]))
         self._verdict = judgement.first
         names = [placed.brick.id for placed in added]

@@ -14,10 +14,10 @@ from stability.analysis.load_factor import load_factor
 from stability.analysis.margins import least_friction
 from stability.geometry.box import Box
 from stability.geometry.solid_making import prism
-from stability.geometry.vectors import about, add, rotate
+from stability.geometry.vectors import about, rotate
 from stability.loads import Load, Loads
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
-from stability.problem import Forces, Motion, Placed, Stability, Wrench
+from stability.problem import Forces, Placed, Stability
 from stability.statics.assembly import Assembly
 from stability.statics.proof import check_forces, check_motion
 from stability.ties import Cable, Tie, length_of, loop_around, pulls_of, straight_between
@@ -266,7 +266,7 @@ def test_a_strap_pulls_bricks_that_were_placed_before() -> None:
 def test_a_loop_around_a_box_is_as_long_as_its_outline_and_pulls_its_corners_inwards() -> None:
     cable = loop_around([BLOCK], Z, 0.2)
     assert length_of(cable.course_W) == pytest.approx(1.6)
-    assert len(cable.points) == 4  # noqa: PLR2004 -- corners
+    assert len(cable.points) == 4
     for each in cable.points:
         assert each.pull_W == pytest.approx((-np.sign(each.point_W[0]), -np.sign(each.point_W[1]), 0.0))
 
