@@ -12,7 +12,7 @@ from typing import Final
 
 from stability.geometry.compound import parts_of
 from stability.geometry.placed_shape import corners_W, part_pose
-from stability.geometry.polygons import hull
+from stability.geometry.polygons import Polygon, clip, doubled_area, extent, hull
 from stability.geometry.vectors import (
     add,
     add_scaled,
@@ -20,7 +20,6 @@ from stability.geometry.vectors import (
     cross,
     dot,
     inverse,
-    listed,
     norm,
     rotate,
     scale,
@@ -140,13 +139,15 @@ def length_of(course_W: Sequence[Vec3]) -> float:
 def crosses(placed: Placed, normal_W: Vec3, offset: float, course_W: Sequence[Vec3], least: float) -> bool:
     """Return whether a closed cable in a plane passes through a brick, deeper than `least` [m]."""
     axes = _axes(normal_W)
-    section = [_flat(point, axes) for point in _section(placed, normal_W, offset)]
-    outline = [_flat(point, axes) for point in course_W[:-1]]
-    if len(section) < 3:  # noqa: PLR2004 -- an area
+    section = hull([_flat(point, axes) for point in _section(placed, normal_W, offset)])
+    outline = tuple(_flat(point, axes) for point in course_W[:-1])
+    if not section or max(_beyond(point, outline) for point in section) <= least:
         return False
-    outside = max(_beyond(point, outline) for point in section)
-    inside = min(_beyond(point, outline) for point in section)
-    return outside > least and inside < -least
+    return _doubled_area(clip(section, outline)) > least * extent(section)
+
+
+def _doubled_area(polygon: Polygon) -> float:
+    return doubled_area(polygon)[0] if len(polygon) > 2 else 0.0  # noqa: PLR2004 -- others have no area
 
 
 def _beyond(point: tuple[float, float], outline: Sequence[tuple[float, float]]) -> float:
@@ -201,7 +202,9 @@ def _near(one: tuple[float, float], other: tuple[float, float], length: float) -
 def admit_ties(ties: object) -> None:
     """Raise TypeError for anything but ties, ValueError for tensions out of range or a name that is used twice."""
     known: set[str] = set()
-    for tie in listed(ties, "ties, such as [Tie(...)]"):  # type: ignore[type-var, arg-type]  # checked here
+    if not isinstance(ties, Iterable):
+        raise TypeError(f"expected ties, such as [Tie(...)], not {short_repr(ties)}")
+    for tie in ties:
         if not isinstance(tie, Tie):
             raise TypeError(f"expected Tie(name, around, pulls, tension, strength), not {short_repr(tie)}")
         admit_loads(Loads(tie.pulls))

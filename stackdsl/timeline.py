@@ -40,8 +40,9 @@ class FixedWorld:
     def assembly(self) -> Assembly:
         """Return an assembly for statics, without bricks."""
         site = self.planes, self.friction, self.gravity, self.tolerances
-        judged = {"joints": self.joints, "loads": self.loads, "strengths": self.strengths, "ties": self.ties}
-        return Assembly(*site, overlap=inf, **judged)
+        return Assembly(
+            *site, overlap=inf, joints=self.joints, loads=self.loads, strengths=self.strengths, ties=self.ties
+        )
 
     @property
     def has_joints(self) -> bool:

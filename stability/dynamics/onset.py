@@ -105,6 +105,8 @@ def as_it_begins(assembly: Assembly, verdict: Verdict) -> Verdict:
         return verdict
 
     problem = assembly.problem(_around(assembly, verdict.moving))
+    if problem.ties:
+        return verdict  # the motion of tied bricks is not computed
     motion = _first_mechanism(problem, verdict.motion) if problem.has_joints else onset(problem, verdict.motion)
     if motion is None:
         return verdict

@@ -321,7 +321,8 @@ class AssemblyAnswers:
     def stage(self, brick: BodyId) -> Stage | None:
         """Return the stage that proved a brick; None if it has no proof."""
         self._reject_unknown([brick])
-        return self._prover.ledger.stage(brick)
+        stage = self._prover.ledger.stage(brick)
+        return Stage.CONES if stage is None and self._verdict.stability is Stability.STABLE else stage
 
     def contacts(self, brick: BodyId) -> Sequence[Contact]:
         """Return the contacts of a brick with bricks and planes."""
@@ -806,13 +807,14 @@ class Assembly(AssemblyAnswers):
 
     def _judged_ties(self, loose: Verdict, structure: Structure, names_smallest: bool) -> Verdict:
         """Return the verdict on bricks that are not proven to stand by the tension with which ties were put on."""
-        from stability.statics.tied_rest import tied_rest  # noqa: PLC0415 -- it brings scipy
+        from stability.statics.tied_rest import tied_rest, ties_that_yield  # noqa: PLC0415 -- it brings scipy
 
         bricks = list(structure.bricks)
         problem = structure.tied_problem(bricks, structure.contacts_of(bricks))
         rest = tied_rest(problem, rounded(problem, structure.tolerances), names_smallest=names_smallest)
         if rest.motion is not None:
-            reason, moving = described(problem, rest.motion), tuple(sorted(rest.motion.velocity))
+            reason = "; ".join([described(problem, rest.motion), *ties_that_yield(problem, rest.motion)])
+            moving = tuple(sorted(rest.motion.velocity))
             return Verdict(Stability.UNSTABLE, Stage.CONES, reason, moving, rest.motion)
         if rest.note:
             return Verdict(Stability.UNDECIDED, Stage.CONES, rest.note, tuple(sorted(bricks)))

@@ -6,6 +6,7 @@ together and which nothing ensures. If some motion opens every contact and short
 ties are none: the loads determine them. All other ties keep their first tension.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,11 +17,13 @@ from stability.statics.conic_program import clarabel_solve
 from stability.statics.equilibrium import balance, separating_motion, widest_separation
 from stability.statics.load_factor import least_forces
 from stability.statics.mechanism import smallest_mechanism
+from stability.statics.proof import power
 from stability.statics.self_stress import SHUT, forces_without_self_stress
 from stability.statics.wrench_matrix import wrench_matrix
 
 ACCURACY = 1e-10  # requested of the solver; its results are checked
 NEEDED = (1e-9, 1e-6, 1e-3)  # shares by which the needed tension is taken larger, tried in turn until it is proven
+YIELDS = 1e-3  # share of the power that ties take from a motion: one that takes less hardly yields
 SLIGHT = 1e-6  # share of the largest tension: a smaller one counts as none
 
 
@@ -88,3 +91,11 @@ def needed_tensions(problem: Problem, tolerances: Tolerances) -> tuple[float, ..
         if forces is not None and forces_without_self_stress(known, forces, tolerances) is not None:
             return tuple(tried)
     return None
+
+
+def ties_that_yield(problem: Problem, motion: Motion) -> Iterator[str]:
+    """Yield in words the ties that take power from a motion at their strength."""
+    taken = [-tie.most * power(tie.pulls, motion) for tie in problem.ties]
+    for tie, each in zip(problem.ties, taken, strict=True):
+        if each > YIELDS * max(taken):
+            yield f"the tie '{tie.name}' reaches its strength of {tie.most:.4g} N"

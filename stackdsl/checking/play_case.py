@@ -78,7 +78,8 @@ def with_tests(trace: Trace, timeline: Timeline, system: System) -> Trace:
         return trace
     moved = []
     for result in results:
-        if result.test.pulse and result.survived < result.test.acceleration:
+        pulse = result.test.pulse and not timeline.world.ties  # tied bricks are judged at rest only
+        if pulse and result.survived < result.test.acceleration:
             shaken, begins = with_pulse(timeline, result.test)
             again, recorder = play(shaken, system, recorder=(watching := Recorder())), watching
             result = replace(result, motion=pulse_motion(again, recorder.recording(), begins))  # noqa: PLW2901

@@ -348,8 +348,9 @@ def _world(built: ResolvedScenario, scenario: Scenario, planes: tuple[Plane, ...
     touching, friction = scenario.world.touching, friction_of(built, scenario)
     within = inf if touching is None else touching
     motions = support_motions(built, scenario)
-    judged = {"strengths": strengths_of(built, scenario), "ties": ties_of(built, scenario)}
-    return FixedWorld(scenario.world.gravity, friction, planes, within, supports=motions, **judged)
+    strengths, ties = strengths_of(built, scenario), ties_of(built, scenario)
+    gravity = scenario.world.gravity
+    return FixedWorld(gravity, friction, planes, within, strengths=strengths, supports=motions, ties=ties)
 
 
 def _timeline(built: ResolvedScenario, impacts: Iterable[tuple[ActionOrder, Action]], scenario: Scenario) -> Timeline:

@@ -94,13 +94,20 @@ def _middle(bricks: Sequence[Placed], direction: Vec3) -> float:
 def _cable(tie: Tie, bricks: Sequence[Placed]) -> Cable:
     if tie.between is not None:
         one, other = bricks
-        ends = [
-            add(placed.pose.position_W, point)
-            for placed, point in zip(bricks, tie.points or ((0.0, 0.0, 0.0),) * 2, strict=True)
-        ]
-        return straight_between(one.brick.id, ends[0], other.brick.id, ends[1])
+        first, last = _ends(tie, bricks)
+        return straight_between(one.brick.id, first, other.brick.id, last)
     normal, offset = _plane(tie, bricks)
     return loop_around(bricks, normal, offset, list(_anchors(tie, bricks, normal, offset)))
+
+
+def _ends(tie: Tie, bricks: Sequence[Placed]) -> tuple[Vec3, Vec3]:
+    """Return the ends of a straight tie."""
+    one, other = bricks
+    return tie.points or (one.pose.position_W, other.pose.position_W)
+
+
+def _place_text(point: Vec3) -> str:
+    return f"[{', '.join(mm(part) for part in point)}]"
 
 
 def _anchors(tie: Tie, bricks: Sequence[Placed], normal: Vec3, offset: float) -> Iterator[Vec3]:
@@ -195,14 +202,14 @@ def _misplaced(  # noqa: PLR0913, PLR0917 -- a tie, and where it is written
 
 
 def _outside(tie: Tie, path: KeyPath, bricks: Sequence[Placed], source: Source) -> Iterator[Diagnostic]:
-    for number, (placed, point) in enumerate(zip(bricks, tie.points or (), strict=False)):
-        beyond = distance_outside(in_place(placed.brick.shape, placed.pose), add(placed.pose.position_W, point))
-        if beyond > OVERLAP:
+    for number, (placed, point) in enumerate(zip(bricks, _ends(tie, bricks), strict=True)):
+        beyond = distance_outside(in_place(placed.brick.shape, placed.pose), point)
+        if beyond > OVERLAP and tie.points is not None:
             message = f"this end of the tie is {mm(beyond)} outside brick '{placed.brick.id}'"
-            hint = "write the point relative to the centre of the brick, along the axes of the scene"
+            hint = f"write x, y and z in the scene; the centre of the brick is at {_place_text(placed.pose.position_W)}"
             yield Diagnostic("SD207", source.span_of((*path, "points", number)), message, hint)
-    ends = _cable(tie, bricks).course_W if bricks[0].pose.position_W != bricks[1].pose.position_W or tie.points else ()
-    if len(set(ends)) < 2:  # noqa: PLR2004 -- two ends
+    first, last = _ends(tie, bricks)
+    if first == last:
         yield Diagnostic(
             "SD207", source.span_of(path), "both ends of the tie are one place", "write different `points`"
         )

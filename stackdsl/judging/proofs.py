@@ -29,6 +29,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.equilibrium import separating_motion
 from stability.statics.fall_description import described
 from stability.statics.initial_motion import find_start
+from stability.statics.tied_rest import ties_that_yield
 from stability.statics.used_strength import used_strength
 from stability.supports import SupportMotion
 from stackdsl.timeline import (
@@ -157,6 +158,7 @@ def proofs_until(timeline: Timeline, time: float) -> Proofs | None:
 
 REPAIRS = "`stackdsl suggest` searches for repairs"
 RIGID = "bricks with a `strength` are not judged by this command, only by `check`, `explain` and `find`"
+TIED = "tied bricks are not judged by this command, only by `check`, `explain`, `survive` and `find`"
 NO_MARGIN = f"only a stable structure has margins; {REPAIRS}"
 
 
@@ -360,7 +362,7 @@ def gives_way_text(problem: Problem, found: LoadFactor) -> str:
         first, more = found.joints[0], len(found.joints) - 1
         others = f", with {how_many(more, 'other joint')}" if more else ""
         yields = f"{yields}; the joint between {first.lower} and {first.upper} gives way{others}"
-    return yields
+    return "; ".join([yields, *ties_that_yield(problem, found.motion)])
 
 
 def _shaken(problem: Problem, gravity: float, margins: VerdictMargins) -> VerdictMargins:
@@ -392,7 +394,7 @@ LESS = 1e-3  # share of a margin by which it must be less without friction betwe
 
 def apart(problem: Problem, gravity: float, value: float) -> Apart | None:
     """Return what is survived without friction between side faces, if that is less than `value` [g]."""
-    alone = None if problem.has_joints else without_neighbours(problem, gravity)
+    alone = None if problem.has_joints or problem.is_tied else without_neighbours(problem, gravity)
     return None if alone is None or (alone.acceleration or 0.0) >= value * (1.0 - LESS) else alone
 
 
@@ -403,7 +405,8 @@ def fall_apart(assembly: Assembly) -> Apart | None:
     ):
         return None  # vertical forces hold it without such friction, or the program takes long
     problem = assembly.problem()
-    return None if problem.has_joints or problem.is_round else fall_without_neighbours(problem)
+    judged = not (problem.has_joints or problem.is_round or problem.is_tied)  # ties press neighbours together
+    return fall_without_neighbours(problem) if judged else None
 
 
 # The acceleration that a structure survives, by bearing, proven without an engine.

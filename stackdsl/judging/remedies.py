@@ -303,6 +303,8 @@ def more_friction(timeline: Timeline, proofs: Proofs) -> MoreFriction | None:
     """Return the friction that the worst step needs: raise it for the next step that falls, until none does."""
     factor = 1.0
     world = timeline.world
+    if proofs.assembly.problem().ties:
+        return None  # not computed for tensions that are not known
     written, usual, alike = world.roughest, as_friction(world.friction).usual, world.has_uniform_friction
     for _ in range(MOST_FRICTIONS):
         margin = least_friction(proofs.assembly.problem())
@@ -352,6 +354,7 @@ def rising_in(verdict: Verdict) -> Sequence[BodyId]:
 def _counterweight(timeline: Timeline, proofs: Proofs, rising: Sequence[BodyId]) -> HeavierBrick | None:
     """Return the least counterweight on a rising brick that prevents the fall."""
     problem, gravity = proofs.assembly.problem(), timeline.world.gravity
+    rising = () if problem.ties else rising
     weights = [weight for brick in rising if (weight := counterweight(problem, brick)) is not None]
     total = sum(placed.brick.mass for placed in problem.bricks.values())
     for weight in sorted(weights, key=lambda each: (each.weight, each.brick))[:MOST_COUNTERWEIGHTS]:
@@ -412,7 +415,8 @@ def suggestions(build: FallingBuild, piling: Piling, on_progress: Callable[[], N
     if build.verdict.crushing is not None:
         return
     # Other changes are searched for rigid bricks under their weight alone.
-    if build.timeline.has_loads or build.timeline.world.strengths:
+    world = build.timeline.world
+    if build.timeline.has_loads or world.strengths or world.ties:
         rougher = more_friction(build.timeline, build.proofs)
         if rougher is not None and rougher.factor < inf:
             yield rougher

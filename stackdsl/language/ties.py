@@ -49,9 +49,7 @@ class Tie(ExactlyOneKey):
         "default: it is closed below the bricks",
     )
     points: tuple[Place, Place] | None = Field(
-        None,
-        description="ends of a straight tie, each relative to the centre of its brick, along the axes of the scene; "
-        "default: the centres",
+        None, description="ends of a straight tie [x, y, z] in the scene; default: the centres of mass of its bricks"
     )
     tension: t.Force | None = Field(None, description="tension with which the tie is put on; default: 0 N")
     strength: t.Force | None = Field(
@@ -73,7 +71,9 @@ class Tie(ExactlyOneKey):
 
     @model_validator(mode="after")
     def _keys_of_kind(self) -> Self:
-        upright, level, straight = ("along", "offset", "anchors"), ("height",), ("points",)
+        upright: tuple[str, ...] = ("along", "offset", "anchors")
+        level: tuple[str, ...] = ("height",)
+        straight: tuple[str, ...] = ("points",)
         if self.around is not None and (self.along is None) == (self.height is None):
             message = "a loop is either upright, along a line, or level, at a height"
             hint = "write `along: 0 deg` for a strap over the bricks, or `height: 300 mm` for a band around their sides"

@@ -130,9 +130,10 @@ def _protocols_of_other_ground(scenario: Scenario, source: Source) -> Iterator[D
             if scenario.world.tilt.angle:
                 message = f"the protocol `{name}` begins on level ground, but the scenario has a `tilt`"
                 yield Diagnostic("SD104", span, message, "remove `tilt`")
-            if scenario.loads and name == TILTING:
-                message = "the tilt that loaded bricks bear is not computed"
-                yield Diagnostic("SD211", span, message, "remove `loads`, or use the protocol `en-12195-1`")
+            if (scenario.loads or scenario.ties) and name == TILTING:
+                code, acting, bricks = ("SD211", "loads", "loaded") if scenario.loads else ("SD214", "ties", "tied")
+                message = f"the tilt that {bricks} bricks bear is not computed"
+                yield Diagnostic(code, span, message, f"remove `{acting}`, or use the protocol `en-12195-1`")
 
 
 def _impossible_layouts(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:

@@ -17,6 +17,7 @@ from stability.problem import Contact, Placed, Stability
 from stability.statics.assembly import Assembly
 from stability.statics.fall_description import fall_side
 from stability.statics.structure import Structure
+from stability.ties import Tie, length_of
 from stability.work_limit import TooMuchWorkError, limited
 from stackdsl import work
 from stackdsl.checking.cases import Case
@@ -333,6 +334,7 @@ def proven_lines(  # noqa: PLR0913, PLR0917 -- all parts of the text
     verdict, judged = proofs.verdict, sum(len(judged.bricks) for judged in proofs.judged)
     if verdict.stability is not Stability.STABLE:
         rest = "the engine simulates the rest" if verdict.crushing is None else NOT_MODELLED
+        rest = "tied bricks are not played" if timeline.world.ties else rest
         yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; {rest}"
         yield from _fall(proofs, timeline, extent, numbers)
     elif judged < count:
@@ -465,6 +467,7 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     yield from _mortar_lines(scenario)
     yield from map(_load_line, scenario.loads)
     yield from map(_support_line, scenario.supports)
+    yield from map(_tie_line, timeline.world.ties)
     yield from _strength_lines(timeline)
     kinds = [scenario.brick, *(step.brick for step in scenario.build)]
     kinds += [brick.brick for step in scenario.build for brick in step.bricks or ()]
@@ -484,6 +487,14 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     yield ""
     for case in cases:
         yield from _system(case.system, timeline)
+
+
+def _tie_line(tie: Tie) -> str:
+    """Return where a tie is, with its tension and its length."""
+    bricks = in_order(tie.around)
+    where = f"between {' and '.join(bricks)}" if tie.course_W[0] != tie.course_W[-1] else f"around {names_text(bricks)}"
+    up_to = f", up to {tie.strength:g} N if the balance needs more" if tie.is_ranged else ""
+    return f"  tie '{tie.name}' {where}: {tie.tension:g} N{up_to}; {length_of(tie.course_W):.3g} m long"
 
 
 def _strength_lines(timeline: Timeline) -> Iterator[str]:

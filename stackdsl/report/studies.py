@@ -573,7 +573,7 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
     first = survival.weakest
     least = worst.survived if first is None else first.acceleration
     where = "along these bearings" if first is None else "in every direction"
-    tilted = "" if survival.loaded else f", a tilt of {survived_text(degrees(tilt(least)))} deg"
+    tilted = "" if worst.tilt is None else f", a tilt of {survived_text(degrees(tilt(least)))} deg"
     yield f"{name} survives {survived_text(least)} g {where}{tilted}"
     if survival.apart is not None:
         apart = survival.apart

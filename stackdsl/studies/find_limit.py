@@ -493,6 +493,10 @@ def _shaken(case: Case, name: str, request: LimitRequest) -> FoundLimit:
         )
     if assembly.strengths:
         raise SearchError(f"the {request.name} of bricks with a `strength` is not searched for; vary another number")
+    if request.name == "tilt" and assembly.ties:
+        raise SearchError(
+            "a tilt of tied bricks is not searched for; write `world: {tilt: ...}` with a variable, and vary it"
+        )
     limit = _limit(assembly.problem(), request, assembly.gravity)
     if limit is None:
         return nothing

@@ -6,7 +6,7 @@ from re import fullmatch
 from typing import Final
 
 from stackdsl.checking.cases import Case
-from stackdsl.judging.proofs import RIGID
+from stackdsl.judging.proofs import RIGID, TIED
 from stackdsl.language.expressions import constant, unit_text
 from stackdsl.language.quantities import ACCELERATION, SIGNED, InputError, in_si, parse_quantity
 from stackdsl.simulation.known_systems import system_named
@@ -57,6 +57,8 @@ def plan_of(case: Case, asked: FragilityRequest) -> FragilityPlan:
         raise FragilityRequestError(f"{asked.option('bearing')} applies only to acceleration and tilt; remove it")
     if case.timeline.world.strengths:
         raise FragilityRequestError(RIGID)
+    if case.timeline.world.ties:
+        raise FragilityRequestError(TIED)
     written = case.scenario
     return FragilityPlan(
         case,

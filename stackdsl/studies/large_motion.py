@@ -11,7 +11,7 @@ from stability.problem import Stability
 from stability.statics.fall_description import described
 from stability.supports import SupportMotion
 from stackdsl.checking.cases import Case
-from stackdsl.judging.proofs import RIGID, proofs_of
+from stackdsl.judging.proofs import RIGID, TIED, proofs_of
 from stackdsl.studies.limit_search import SearchError
 
 
@@ -63,6 +63,8 @@ def settled_in(
     proofs = proofs_of(case.timeline)
     if proofs.assembly.strengths:
         raise SearchError(RIGID)
+    if proofs.assembly.ties:
+        raise SearchError(TIED)
     _require_standing(proofs.verdict.stability, proofs.verdict.reason)
     problem = proofs.assembly.problem()
     motion = support_path(problem, supports, proofs.assembly.loads, until=until, on_step=on_step)
@@ -76,6 +78,8 @@ def pushed_over_in(case: Case, name: str, on_step: Callable[[float], None] = lam
     proofs = proofs_of(case.timeline)
     if proofs.assembly.strengths:
         raise SearchError(RIGID)
+    if proofs.assembly.ties:
+        raise SearchError(TIED)
     loads = case.timeline.final_world.loads
     if not any(hypot(*load.force) for load in loads.loads):
         remedy = "write, for example, `loads: [{acceleration: 0.1 g, towards: 0 deg, all: true}]`"

@@ -24,7 +24,7 @@ from stability.problem import Contact, Placed, Problem, Stability, Wrench
 from stability.statics.assembly import Assembly
 from stability.statics.structure import Structure
 from stackdsl.checking.cases import Case
-from stackdsl.judging.proofs import NO_MARGIN, RIGID, Proofs, proofs_of
+from stackdsl.judging.proofs import NO_MARGIN, RIGID, TIED, Proofs, proofs_of
 from stackdsl.studies.find_limit import SearchVariable, names_in, search_variable_of
 from stackdsl.studies.limit_search import SearchError
 
@@ -176,6 +176,8 @@ def _refuse(proofs: Proofs, of: MarginKind) -> None:
         raise SearchError(f"{verdict.stability.upper()}: {verdict.reason}; {NO_MARGIN}")
     if proofs.assembly.strengths:
         raise SearchError(RIGID)
+    if proofs.assembly.ties:
+        raise SearchError(TIED)
     if proofs.assembly.problem().applied:
         raise SearchError("sensitivities are not computed for bricks under `loads`")
     if of is not MarginKind.LOAD_FACTOR and proofs.assembly.problem().has_joints:
