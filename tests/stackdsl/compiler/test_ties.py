@@ -186,5 +186,6 @@ def test_the_claims_of_a_tied_stack_are_proven_without_motion() -> None:
     (case,), _ = compiled(scene(LOAD, rest))
     result = play_case(case.timeline, "exact")
     assert result.cost.steps == 0
+    assert result.tests is not None
     assert [test.survived < test.test.acceleration for test in result.tests] == [True] * 4
     assert [test.motion for test in result.tests] == [None] * 4
