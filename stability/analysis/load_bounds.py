@@ -16,19 +16,28 @@ import numpy as np
 
 from stability.contact_law import OtherLawError
 from stability.geometry.rows import Array
-from stability.geometry.vectors import add_scaled, cross, dot, norm, subtract
+from stability.geometry.vectors import add_scaled, cross, norm, subtract
 from stability.model import BodyId, Vec3
-from stability.problem import Contact, Forces, Motion, Problem, Tolerances, admit_problem, rounded
+from stability.problem import Contact, Motion, Problem, Tolerances, admit_problem, rounded
 from stability.process_settings import one_thread
 from stability.statics.certificate import lies_on
 from stability.statics.conic_program import OffsetSeries, SolverPoint, clarabel_solve, solve
 from stability.statics.equilibrium import factorized_correction, proven_forces, separating_motion
 from stability.statics.load_factor import central_forces, least_forces
-from stability.statics.proof import ProofCones, check_forces, greatest_sum, motion_plus, proof_cones, shortfalls
+from stability.statics.proof import (
+    ProofCones,
+    check_pressed,
+    greatest_pressed,
+    proof_cones,
+    proof_loads,
+    shortfalls_of,
+    velocity_rows,
+)
 from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
 
 ACCURACY = 1e-9  # requested of the solver, whose points are corrected and checked
 ROUNDING = 1e-12  # share of the fastest speed by which contacts open beyond what a proof requires
+CORRECTIONS = 2  # of forces by the same factorization
 INWARDS = (0.0, 1e-8, 1e-6, 1e-4)  # shares of central forces, tried in turn, with which forces can be corrected
 CORNERS_OF_A_FACE = 3
 
@@ -40,7 +49,7 @@ class Bound:
     force: float  # proven by `motion` [N]; infinite if none is proven
     motion: Motion | None  # the proof
     reached: float | None  # the sum of the nearest forces that were found to balance the bricks [N]
-    forces: Forces | None  # these forces
+    forces_W: Array | None  # (n, 3) these forces, by contact, point and normal [N]
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,21 +146,25 @@ def _of_groups(
 class SumBounds:
     """Programs of the least and greatest weighted sums of the normal forces of one problem."""
 
-    def __init__(self, problem: Problem, tolerances: Tolerances, *, shared: bool = True) -> None:
-        """Set up the matrix that all programs share.
-
-        Unless `shared`, forces are not corrected by one factorization for all programs, but by one for each.
-        """
+    def __init__(self, problem: Problem, tolerances: Tolerances) -> None:
+        """Set up the matrix that all programs share."""
         self.problem = problem
-        self._shared = shared
         self._tolerances = rounded(problem, tolerances)
         self._system: WrenchMatrix = wrench_matrix(problem, any_law=True)
         self._cones: ProofCones | None = proof_cones(problem)
-        self._separating = separating_motion(problem)
+        self._loads = proof_loads(problem)
+        self._normals_W = np.zeros((0, 3)) if self._cones is None else self._cones.normals
+        separating = separating_motion(problem)
+        self._separating = None if separating is None else velocity_rows(self._system.names, separating)
+        self._spare: Array | None = None
+        if self._cones is not None and self._separating is not None:
+            self._spare = -shortfalls_of(self._cones, np.zeros(len(self._normals_W)), self._separating)
         self._sizes = [len(contact.points_W) * len(contact.normals_W) for contact in problem.contacts]
         # A usual force, in which costs are written [N].
         self._unit = sum(norm(load.force_W) for load in problem.loads.values()) or 1.0
         rows, system = self._system.rows, self._system
+        self._normal_rows, self._order = rows.normals, np.append(system.round, system.flat)
+        self._transposed = system.matrix.T.tocsr()
         program = rows.program(-system.loads, -system.matrix, np.zeros(len(rows)))
         self._middle: Array | None = None
         self._correction: Callable[[Array], Array] | None = None
@@ -169,7 +182,7 @@ class SumBounds:
             none = Bound(0.0, Motion({}), 0.0, None)
             return none, none
         lower, upper = self._greatest(-weights), self._greatest(weights)
-        if lower.forces is None and upper.forces is None:
+        if lower.forces_W is None and upper.forces_W is None:
             return None
         reached = None if lower.reached is None else -lower.reached
         return replace(lower, force=-lower.force, reached=reached), upper
@@ -178,17 +191,19 @@ class SumBounds:
         """Return the greatest weighted sum, with forces that reach it nearly and a motion that proves it."""
         system = self._system
         cost = np.zeros(len(system.rows))
-        cost[system.rows.normals] = -weights[np.append(system.round, system.flat)] / self._unit
+        cost[self._normal_rows] = -weights[self._order] / self._unit
         cost *= system.row_scale
         point = self._solved(cost)
         if isinstance(point, str):
             return Bound(inf, None, None, None)
         rows, columns = (point.dual, point.x) if system.bounded is None else (point.x, point.dual[: len(system.loads)])
-        forces = self._balanced(rows)
-        reached = None if forces is None else weighted_sum(self.problem, weights, forces)
-        motion = self._proof(weights, columns)
-        bound = inf if motion is None else greatest_sum(self.problem, weights, motion, self._cones)
-        return Bound(bound, motion, reached, forces)
+        forces_W = self._balanced(rows)
+        reached = None if forces_W is None else float(weights @ np.einsum("ij,ij->i", forces_W, self._normals_W))
+        velocity = self._proof(weights, columns)
+        if velocity is None or self._cones is None:
+            return Bound(inf, None, reached, forces_W)
+        force = greatest_pressed(self._cones, self._loads, weights, velocity)
+        return Bound(force, _motion(system.names, velocity), reached, forces_W)
 
     def _solved(self, cost: Array) -> SolverPoint | str:
         """Return the forces of least cost and their motion; without bounded forces, as the dual of the motion."""
@@ -196,31 +211,31 @@ class SumBounds:
             return least_forces(self._system, self._system.loads, cost, ACCURACY, clarabel_solve)
         return solve(self._series.program, ACCURACY, lambda *_: self._series.solve(cost))
 
-    def _balanced(self, rows: Array) -> Forces | None:
-        """Return forces near the given ones that are proven to balance the problem."""
-        for share in INWARDS[1:] if self._shared else ():
-            forces = self._corrected(rows + share * (self._central() - rows))
-            if forces is not None:
-                return forces
+    def _balanced(self, rows: Array) -> Array | None:
+        """Return (n, 3) forces near the given ones that are proven to balance the problem [N]."""
+        for share in INWARDS[1:]:
+            forces_W = self._corrected(rows + share * (self._central() - rows))
+            if forces_W is not None:
+                return forces_W
         for share in INWARDS:
             inside = rows if share == 0.0 else rows + share * (self._central() - rows)
             forces = proven_forces(self.problem, self._system, inside, self._tolerances)
             if forces is not None:
-                return forces
+                return np.array([each for of in forces.of_contacts for point in of for each in point])
         return None
 
-    def _corrected(self, rows: Array) -> Forces | None:
+    def _corrected(self, rows: Array) -> Array | None:
         """Return forces without their residual, by the factorization of the central forces, if they are proven."""
         system = self._system
         if self._correction is None:
             self._correction = factorized_correction(system, self._central())
-        if self._correction is None or not np.isfinite(rows).all():
+        if self._correction is None or self._cones is None or not np.isfinite(rows).all():
             return None
         rows = system.project(rows)
-        rows = rows + self._correction(system.matrix.T @ rows + system.loads)
-        rows = rows + self._correction(system.matrix.T @ rows + system.loads)
-        forces = system.forces(rows)
-        return forces if check_forces(self.problem, forces, self._tolerances, self._cones).holds else None
+        for _ in range(CORRECTIONS):
+            rows = rows + self._correction(self._transposed @ rows + system.loads)
+        forces_W = system.forces_W(rows)
+        return forces_W if check_pressed(self._cones, self._loads, forces_W, self._tolerances).holds else None
 
     def _central(self) -> Array:
         """Return forces far within all limits."""
@@ -229,32 +244,22 @@ class SumBounds:
             self._middle = np.full(len(self._system.rows), nan) if isinstance(middle, str) else middle
         return self._middle
 
-    def _proof(self, weights: Array, columns: Array) -> Motion | None:
-        """Return a motion near the given one that opens all contacts fast enough to prove a bound."""
+    def _proof(self, weights: Array, columns: Array) -> Array | None:
+        """Return velocities near the given ones that open all contacts fast enough to prove a bound."""
         if not np.isfinite(columns).all() or self._cones is None:
             return None
-        motion = self._moved(columns)
-        short = shortfalls(self._cones, weights, motion)
+        # In this scale weights are speeds of 1 m/s.
+        velocity = np.vstack([self._system.velocity(self._unit * columns), np.zeros(6)])
+        short = shortfalls_of(self._cones, weights, velocity)
         if not (short > 0.0).any():
-            return motion
-        if self._separating is None:
+            return velocity
+        if self._separating is None or self._spare is None:
             return None
-        spare = -shortfalls(self._cones, np.zeros(len(weights)), self._separating)
-        fastest = max(abs(part) for velocity, _ in motion.velocity.values() for part in velocity)
-        rate = float(((short + ROUNDING * (1.0 + fastest)) / spare).max())
-        return motion_plus(motion, rate, self._separating)
-
-    def _moved(self, columns: Array) -> Motion:
-        """Return velocities from the columns, in the scale in which weights are speeds of 1 m/s."""
-        return self._system.unscaled_motion(self._unit * columns)
+        fastest = float(np.abs(velocity[:, :3]).max(initial=0.0))
+        rate = float(((short + ROUNDING * (1.0 + fastest)) / self._spare).max())
+        return velocity + rate * self._separating
 
 
-def weighted_sum(problem: Problem, weights: Array, forces: Forces) -> float:
-    """Return the weighted sum of normal forces [N]; `weights` as of `greatest_sum`."""
-    normal = [
-        dot(force_W, normal_W)
-        for contact, by_point in zip(problem.contacts, forces.of_contacts, strict=True)
-        for by_normal in by_point
-        for force_W, normal_W in zip(by_normal, contact.normals_W, strict=True)
-    ]
-    return float(np.array(normal) @ weights)
+def _motion(names: Sequence[BodyId], velocity: Array) -> Motion:
+    rows = zip(names, velocity[:-1].tolist(), strict=True)
+    return Motion({name: ((a, b, c), (d, e, f)) for name, (a, b, c, d, e, f) in rows})

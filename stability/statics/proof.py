@@ -111,6 +111,15 @@ class ProofCones:
     laws: PointLaws
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class ProofLoads:
+    """Loads on the bricks of a problem, in the order of their names."""
+
+    wrenches: Array  # (bricks, 6) [N, N m]
+    half: Array  # (bricks,) bounding radii [m]
+    names: Sequence[BodyId]
+
+
 FORCES_FAIL = ForceCheck(holds=False, residual=inf, brick="", cone=inf)
 MOTION_FAILS = MotionCheck(holds=False, gain=-inf, violation=inf)
 
@@ -119,19 +128,23 @@ def check_forces(
     problem: Problem, forces: Forces, tolerances: Tolerances, known: ProofCones | None = None
 ) -> ForceCheck:
     """Check whether forces lie in their cones and balance the loads on every brick; `known` are the cones."""
-    names = sorted(problem.bricks)
     cones = known or proof_cones(problem)
     pressed = _pressed(problem, forces)
     if cones is None or pressed is None or not _are_borne(problem, forces.more_tension):
         return FORCES_FAIL
-    problem = problem.drawn(forces.more_tension)
-    loads = _wrenches(names, problem.loads)
+    return check_pressed(cones, proof_loads(problem.drawn(forces.more_tension)), pressed, tolerances)
+
+
+def check_pressed(cones: ProofCones, loads: ProofLoads, pressed: Array, tolerances: Tolerances) -> ForceCheck:
+    """Check as `check_forces` whether the forces (n, 3) of cones [N] balance loads."""
+    if not np.isfinite(pressed).all():
+        return FORCES_FAIL
+    names, half = loads.names, loads.half
     (lower, upper), (lower_arms, upper_arms) = cones.bodies, cones.arms
-    wrench = np.vstack([loads, np.zeros((1, 6))])
+    wrench = np.vstack([loads.wrenches, np.zeros((1, 6))])
     _add(wrench, upper, np.hstack([pressed, cross_rows(upper_arms, pressed)]))
     _add(wrench, lower, -np.hstack([pressed, cross_rows(lower_arms, pressed)]))
-    half = np.array([problem.bricks[name].brick.shape.bounding_radius for name in names])
-    carried = np.append(_size(loads[:, :3]) + _size(loads[:, 3:]) / half, inf)
+    carried = np.append(_size(loads.wrenches[:, :3]) + _size(loads.wrenches[:, 3:]) / half, inf)
     carried += np.bincount(lower, np.maximum(pressed[:, 2], 0.0), minlength=len(carried))
     cone = _cone_violation(cones, pressed, np.minimum(carried[lower], carried[upper]))
     residual = np.maximum(_size(wrench[:-1, :3]), _size(wrench[:-1, 3:]) / half) if names else np.zeros(0)
@@ -140,6 +153,13 @@ def check_forces(
     largest = float(relative[worst]) if names else 0.0
     holds = largest <= tolerances.residual and cone <= ROUNDING
     return ForceCheck(holds, largest, names[worst] if names else "", cone)
+
+
+def proof_loads(problem: Problem) -> ProofLoads:
+    """Return the loads of a problem; non-finite ones stay non-finite, and fail every check."""
+    names = sorted(problem.bricks)
+    half = np.array([problem.bricks[name].brick.shape.bounding_radius for name in names])
+    return ProofLoads(_wrenches(names, problem.loads), half, names)
 
 
 def check_motion(
@@ -151,16 +171,16 @@ def check_motion(
     the contact.
     """
     names = sorted(problem.bricks)
-    velocity = _velocity(names, motion)
+    velocity = velocity_rows(names, motion)
     if problem.is_round and velocity is not None:
         problem = closely_surrounded(problem, motion)
     cones = known if known and not problem.is_round else proof_cones(problem, around=True)
     if cones is None or velocity is None or not _are_borne(problem, [0.0] * len(problem.ties)):
         return MOTION_FAILS
     problem = problem.drawn(tensions_against(problem, motion))
-    (opening, sliding), speed = _slips(cones, velocity)
+    opening, sliding = _slips(cones, velocity)
     excess = np.maximum(cones.laws.shortfall(opening, sliding), 0.0)
-    violation = float(_ratio(excess, speed).max(initial=0.0))
+    violation = float(_ratio(excess, _speeds(cones, velocity)).max(initial=0.0))
     loads = _wrenches(names, problem.loads)
     press = _weight_on(problem, motion.velocity.keys()) if excess.any() else 0.0
     cost = float(cones.laws.support(opening, sliding, press).sum())
@@ -195,15 +215,15 @@ def least_separating_speed(problem: Problem, motion: Motion) -> float:
     cones, so the result for these is minus infinity.
     """
     names = sorted(problem.bricks)
-    velocity = _velocity(names, motion)
+    velocity = velocity_rows(names, motion)
     if problem.is_round and velocity is not None:
         problem = closely_surrounded(problem, motion)
     cones = proof_cones(problem, around=True)
     if cones is None or velocity is None or not all(law.is_cone for _, law in cones.laws.of_kinds):
         return -inf
-    slips, speed = _slips(cones, velocity)
+    short = cones.laws.shortfall(*_slips(cones, velocity))
     of_ties = min((_shortening(tie, motion) for tie in problem.ties), default=inf)
-    return min(of_ties, float(-_ratio(cones.laws.shortfall(*slips), speed).max(initial=-inf)))
+    return min(of_ties, float(-_ratio(short, _speeds(cones, velocity)).max(initial=-inf)))
 
 
 def _shortening(tie: UnknownTension, motion: Motion) -> float:
@@ -286,22 +306,29 @@ def greatest_sum(problem: Problem, weights: Array, motion: Motion, known: ProofC
     motion as the loads give. So the sum is at most the power that lifts the loads, and what forces can gain where the
     contacts open more slowly than their weights. Returns inf for a motion that proves no bound.
     """
-    names = sorted(problem.bricks)
-    cones, velocity = known or proof_cones(problem), _velocity(names, motion)
+    cones, velocity = known or proof_cones(problem), velocity_rows(sorted(problem.bricks), motion)
     if cones is None or velocity is None or weights.shape != (len(cones.normals),) or not np.isfinite(weights).all():
         return inf
-    (opening, sliding), _ = _slips(cones, velocity)
+    return greatest_pressed(cones, proof_loads(problem), weights, velocity)
+
+
+def greatest_pressed(cones: ProofCones, loads: ProofLoads, weights: Array, velocity: Array) -> float:
+    """Return the bound of `greatest_sum` by velocities and spins (bricks + 1, 6), zero in the last row [m/s]."""
+    opening, sliding = _slips(cones, velocity)
     gained = float(cones.laws.support(opening - weights, sliding, inf).sum())
-    bound = gained - float((_wrenches(names, problem.loads) * velocity[:-1]).sum())
+    bound = gained - float((loads.wrenches * velocity[:-1]).sum())
     return bound if isfinite(bound) else inf
 
 
 def shortfalls(cones: ProofCones, weights: Array, motion: Motion) -> Array:
     """Return by cone how much a motion opens it more slowly than a bound of `greatest_sum` requires [m/s]."""
-    velocity = _velocity(cones.names, motion)
-    if velocity is None:
-        return np.full(len(weights), inf)
-    (opening, sliding), _ = _slips(cones, velocity)
+    velocity = velocity_rows(cones.names, motion)
+    return np.full(len(weights), inf) if velocity is None else shortfalls_of(cones, weights, velocity)
+
+
+def shortfalls_of(cones: ProofCones, weights: Array, velocity: Array) -> Array:
+    """Return the same by velocities and spins (bricks + 1, 6), zero in the last row."""
+    opening, sliding = _slips(cones, velocity)
     return cones.laws.shortfall(opening - weights, sliding)
 
 
@@ -315,11 +342,10 @@ def motion_plus(motion: Motion, rate: float, other: Motion) -> Motion:
 def power_of_joints(problem: Problem, motion: Motion) -> tuple[float, ...]:
     """Return by contact the greatest power that its bounded forces take from a motion [W]; NaN if it is invalid."""
     names = sorted(problem.bricks)
-    cones, velocity = proof_cones(problem), _velocity(names, motion)
+    cones, velocity = proof_cones(problem), velocity_rows(names, motion)
     if cones is None or velocity is None:
         return (nan,) * len(problem.contacts)
-    slips, _ = _slips(cones, velocity)
-    of_points = iter(cones.laws.support(*slips, 0.0).tolist())
+    of_points = iter(cones.laws.support(*_slips(cones, velocity), 0.0).tolist())
     sizes = [len(contact.points_W) * len(contact.normals_W) for contact in problem.contacts]
     return tuple(sum(islice(of_points, size)) for size in sizes)
 
@@ -378,8 +404,8 @@ def _pressed(problem: Problem, forces: Forces) -> Array | None:
     return _finite(flat, 3)
 
 
-def _velocity(names: Sequence[BodyId], motion: Motion) -> Array | None:
-    """Return (bricks + 1, 6) velocity and spin, zero for fixed bodies; None if not finite or of an unknown body."""
+def velocity_rows(names: Sequence[BodyId], motion: Motion) -> Array | None:
+    """Return (bricks + 1, 6) velocity and spin, zero for fixed bodies in the last row; None if not finite or of an unknown body."""
     if not set(motion.velocity) <= set(names):
         return None
     still = (ZERO, ZERO)
@@ -402,15 +428,22 @@ def _cone_violation(cones: ProofCones, pressed: Array, carried: Array) -> float:
     return float(_ratio(outside, _size(pressed) + np.where(carried < inf, carried, 0.0)).max(initial=0.0))
 
 
-def _slips(cones: ProofCones, velocity: Array) -> tuple[tuple[Array, Array], Array]:
-    """Return the opening and sliding speed of each contact, and the speed of the bodies there [m/s]."""
+def _slips(cones: ProofCones, velocity: Array) -> tuple[Array, Array]:
+    """Return the opening and sliding speed of each contact [m/s]."""
     (lower, upper), (lower_arms, upper_arms) = cones.bodies, cones.arms
     below, above = velocity[lower], velocity[upper]
     slip = above[:, :3] + cross_rows(above[:, 3:], upper_arms) - below[:, :3] - cross_rows(below[:, 3:], lower_arms)
-    speed = _size(above[:, :3]) + _size(above[:, 3:]) * _size(upper_arms)
-    speed += _size(below[:, :3]) + _size(below[:, 3:]) * _size(lower_arms)
     opening = np.einsum("ij,ij->i", cones.normals, slip)
-    return (opening, _size(slip - opening[:, None] * cones.normals)), speed
+    return opening, _size(slip - opening[:, None] * cones.normals)
+
+
+def _speeds(cones: ProofCones, velocity: Array) -> Array:
+    """Return the sum of the greatest speeds that both bodies of each contact can have there [m/s]."""
+    speeds = np.zeros(len(cones.normals))
+    for body, arms in zip(cones.bodies, cones.arms, strict=True):
+        moved = velocity[body]
+        speeds += _size(moved[:, :3]) + _size(moved[:, 3:]) * _size(arms)
+    return speeds
 
 
 def _weight_on(problem: Problem, moving: Collection[BodyId]) -> float:

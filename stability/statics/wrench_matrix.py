@@ -153,10 +153,14 @@ class WrenchMatrix:
 
     def unscaled_motion(self, columns: Array) -> Motion:
         """Return velocities of all bricks from the columns, in SI and not relative to the fastest."""
+        by_brick = zip(self.names, self.velocity(columns).tolist(), strict=True)
+        return Motion({name: ((a, b, c), (d, e, f)) for name, (a, b, c, d, e, f) in by_brick})
+
+    def velocity(self, columns: Array) -> Array:
+        """Return (bricks, 6) velocities and spins from the columns [m/s, rad/s]."""
         velocity = np.zeros(len(self.column_scale))
         velocity[self.kept] = columns
-        by_brick = zip(self.names, (velocity / self.column_scale).reshape(-1, 6).tolist(), strict=True)
-        return Motion({name: ((a, b, c), (d, e, f)) for name, (a, b, c, d, e, f) in by_brick})
+        return (velocity / self.column_scale).reshape(-1, 6)
 
     def columns_of(self, motion: Motion) -> Array:
         """Return velocities of bricks, in the units and order of the columns."""
