@@ -35,7 +35,7 @@ from stability.statics.proof import (
 )
 from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
 
-ACCURACY = 1e-9  # requested of the solver, whose points are corrected and checked
+ACCURACY = 1e-8  # requested of the solver, whose points are corrected and checked
 ROUNDING = 1e-12  # share of the fastest speed by which contacts open beyond what a proof requires
 CORRECTIONS = 2  # of forces by the same factorization
 INWARDS = (0.0, 1e-8, 1e-6, 1e-4)  # shares of central forces, tried in turn, with which forces can be corrected

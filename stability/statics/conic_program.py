@@ -101,16 +101,29 @@ class OffsetSeries:
         """Store the program, with any offset, and the `accuracy` that is requested for all."""
         self.program = program
         self._accuracy = accuracy
-        self._solver: Any = None
+        self._solvers: dict[bool, Any] = {}  # by whether the solver scales the program itself
 
     def solve(self, offset: Array) -> SolverPoint:
-        """Return the point of the program with another offset."""
+        """Return the point of the program with another offset.
+
+        Some programs are solved better as they are, a few as the solver scales them.
+        """
+        point = self._solved(offset, scaled=False)
+        if point.status == SOLVED:
+            return point
+        other = self._solved(offset, scaled=True)
+        return other if other.status == SOLVED else point
+
+    def _solved(self, offset: Array, *, scaled: bool) -> SolverPoint:
         count_work(self.program)
-        if self._solver is None:
-            self._solver = _made_ready(replace(self.program, offset=offset), self._accuracy, refined=False)
+        solver = self._solvers.get(scaled)
+        if solver is None:
+            program = replace(self.program, offset=offset)
+            solver = _made_ready(program, self._accuracy, refined=False, scaled=scaled)
+            self._solvers[scaled] = solver
         else:
-            self._solver.update(b=offset)
-        return _point(self._solver.solve())
+            solver.update(b=offset)
+        return _point(solver.solve())
 
 
 def count_work(program: ConicProgram) -> None:
@@ -127,13 +140,14 @@ def _point(solution: Any) -> SolverPoint:  # noqa: ANN401 -- Clarabel's has no t
     return SolverPoint(np.array(solution.x), np.array(solution.z), str(solution.status))
 
 
-def _made_ready(program: ConicProgram, accuracy: float, *, refined: bool) -> Any:  # noqa: ANN401 -- likewise
+def _made_ready(program: ConicProgram, accuracy: float, *, refined: bool, scaled: bool = True) -> Any:  # noqa: ANN401
     import clarabel  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_iter = MOST_STEPS
     settings.max_threads = 1  # the same bytes on every machine
+    settings.equilibrate_enable = scaled
     settings.presolve_enable = False  # presolve may remove rows whose dual is needed
     if program.semidefinite:  # with linearly dependent equalities, a smaller regularisation makes the first step fail
         settings.static_regularization_constant = 1e-7

@@ -405,7 +405,7 @@ def _pressed(problem: Problem, forces: Forces) -> Array | None:
 
 
 def velocity_rows(names: Sequence[BodyId], motion: Motion) -> Array | None:
-    """Return (bricks + 1, 6) velocity and spin, zero for fixed bodies in the last row; None if not finite or of an unknown body."""
+    """Return (bricks + 1, 6) velocity and spin, zero in the last row; None if not finite or of an unknown body."""
     if not set(motion.velocity) <= set(names):
         return None
     still = (ZERO, ZERO)
