@@ -7,7 +7,7 @@ from math import atan2, degrees, dist, hypot, inf
 from typing import Final, TypeAlias
 
 from stability.analysis.weakest import Apart, Weakest
-from stability.engines.protocol import WrongFriction
+from stability.engines.protocol import EngineSettings, WrongFriction
 from stability.geometry.vectors import lean_between
 from stability.model import BodyId, Brick, Pose
 from stability.name_order import MOST_NAMES, in_order, names_text
@@ -290,9 +290,6 @@ class Cost:
     updates: Updates | None = field(default=None, compare=False)  # None without a stability extension
 
 
-NOTABLE_GAIN = 0.01  # of the energy of the moving bricks: no scene adds energy by itself, so more is an engine fault
-
-
 @dataclass(frozen=True, slots=True)
 class Energy:
     """Kinetic and potential energy of all bricks, thrown ones included, from the last action on."""
@@ -302,11 +299,18 @@ class Energy:
     # Energy of these bricks just after the action, with potential energy 0 at the ground, and work done on them [J].
     of_what_moved: float
     gained_before: float = 0.0  # largest gain between any two earlier actions, as a share like `gain`
+    most_gain: float = EngineSettings.most_gain  # larger gains are errors of the engine
 
     @property
     def gain(self) -> float:
         """Return the rise, as a share of the kinetic and potential energy of the bricks that moved."""
         return self.risen / self.of_what_moved if self.of_what_moved > 0.0 else (inf if self.risen > 0.0 else 0.0)
+
+    @property
+    def added(self) -> float:
+        """Return the share of energy that the engine added between two actions; 0 if it is within its accuracy."""
+        gain = max(self.gain, self.gained_before)
+        return gain if gain > self.most_gain else 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -445,9 +449,8 @@ class Trace:
 
     @property
     def energy_gained(self) -> float:
-        """Return the share of energy that the engine added; 0 if it is within the accuracy of the measurement."""
-        gain = max(self.energy.gain, self.energy.gained_before) if self.energy is not None else 0.0
-        return gain if gain > NOTABLE_GAIN else 0.0
+        """Return the share of energy that the engine added; 0 if it is within its accuracy."""
+        return self.energy.added if self.energy is not None else 0.0
 
     @property
     def unreliable(self) -> bool:

@@ -39,6 +39,8 @@ class EngineSettings(ABC):
     package: ClassVar[Package]  # of the engine
     name: ClassVar[str] = ""  # of the engine in results; empty: that of the package
     world: ClassVar[str]  # `module:class` of its worlds; the class is an `OpensWorlds`
+    # Share of the energy of the moving bricks. A scene adds no energy, so a larger rise is an error of the engine.
+    most_gain: ClassVar[float] = 0.01
     records_steps: ClassVar[bool] = False  # whether the worlds are `RecordsSteps`, which joined bricks need
 
     time_step: float  # [s]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from stability.dynamics.ground_motion import GroundMotion
 from stability.engines.edge_normals import WrongNormal, wrong_normals
-from stability.engines.protocol import World
+from stability.engines.protocol import EngineSettings, World
 from stability.engines.scene_scale import SAMPLING, USUAL_GRAVITY
 from stability.geometry.compound import Compound
 from stability.geometry.placed_shape import InPlace, apart_from_plane, bodies_apart, in_place, inertia_times
@@ -22,7 +22,6 @@ from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import (
     COLLAPSE_SHARE_OF_SMALLEST_SIDE,
     COLLAPSE_TILT,
-    NOTABLE_GAIN,
     Energy,
     Landing,
     Onset,
@@ -121,9 +120,11 @@ class _Seen:
     energy: float = 0.0  # kinetic + potential, with vertical heights [J]
     by_distance: float = 0.0  # kinetic + potential, with distances from the ground as heights [J]
     height: float = 0.0  # [m]
+    pose: Pose | None = None  # None before the first look
 
 
 NOTHING_SEEN = _Seen()
+TOUCHES = 0.01  # of a brick's smallest side: bodies that are nearer touch each other
 
 
 @dataclass
@@ -131,14 +132,18 @@ class EnergyMeter:
     """Sums the energy of all bricks; potential energy is zero at the ground.
 
     The gain is that of the bricks that moved, relative to their own energy, as a large block at rest would hide it. A
-    brick has moved if it was too fast to be at rest between two looks, or has risen or sunk since the last action. For
-    the relative gain, heights are distances from the ground, which are small on a steep slope too.
+    brick has moved if it was too fast to be at rest between two looks, or has risen or sunk since the last action. A
+    notable gain is reduced by what others have given that are connected to these by contacts: a heavy brick that sinks
+    by a micrometre can push light ones. For the relative gain, heights are distances from the ground, which are small
+    on a steep slope too.
     """
 
     gravity: float  # [m/s2], along -z
     ground: Plane
+    most_gain: float = EngineSettings.most_gain  # share of energy by which the engine may err
     now: float = 0.0  # kinetic + potential energy of all bricks [J]
     outside: GroundWork = field(default_factory=GroundWork)  # work of the shaking ground
+    _bricks: Mapping[BodyId, Brick] = field(default_factory=dict)  # of the last look
     _of: dict[BodyId, _Seen] = field(default_factory=dict)
     _start: float | None = None  # energy of all bricks at the last action [J]; None before the first
     _at_start: dict[BodyId, _Seen] = field(default_factory=dict)  # of bricks seen since the last action
@@ -149,12 +154,13 @@ class EnergyMeter:
     def see(self, time: float, bricks: Mapping[BodyId, Brick], states: Mapping[BodyId, BodyState]) -> None:
         """Update with the states of bricks that may have moved; `bricks` has all of them."""
         self.outside.see(time, bricks, states)
+        self._bricks = bricks
         for name, state in states.items():
             brick = bricks[name]
             weight, centre_W = brick.mass * self.gravity, subtract(state.pose.position_W, self.ground.point_W)
             kinetic, was, height = kinetic_energy(brick, state), self._of.get(name, NOTHING_SEEN), centre_W[2]
             by_distance = kinetic + weight * dot(self.ground.normal_W, centre_W)
-            self._of[name] = own = _Seen(kinetic + weight * height, by_distance, height)
+            self._of[name] = own = _Seen(kinetic + weight * height, by_distance, height, state.pose)
             self.now += own.energy - was.energy
             if abs(height - self._at_start.setdefault(name, was).height) > ROSE * brick.shape.least_thickness:
                 self._moved[name] = None
@@ -178,23 +184,48 @@ class EnergyMeter:
     def look(self, moved: Iterable[BodyId]) -> None:
         """Update the gain after a look at all moving bricks; `moved` were too fast to be at rest."""
         self._moved |= dict.fromkeys(moved)
-        work = self.outside.net
-        gain = sum(self._of[name].energy - self._at_start[name].energy - work.get(name, 0.0) for name in self._moved)
+        gain = sum(map(self._gain, self._moved))
+        if gain > max(self._risen, self.most_gain * self._reference()):
+            gain += self._given_by_touching()
         self._risen = max(self._risen, gain)
+
+    def _gain(self, name: BodyId) -> float:
+        """Return the energy that a brick has gained since the last action beyond the work done on it [J]."""
+        return self._of[name].energy - self._at_start[name].energy - self.outside.net.get(name, 0.0)
+
+    def _reference(self) -> float:
+        """Return the energy of the bricks that moved at the last action, and the work done on them since [J]."""
+        return sum(self._at_start[name].by_distance + self.outside.gross.get(name, 0.0) for name in self._moved)
+
+    def _given_by_touching(self) -> float:
+        """Return the gain of bricks that have hardly moved and are connected to some that moved [J], at most 0."""
+        near: Neighbours[BodyId] = Neighbours()
+        poses = [(name, self._of[name].pose) for name in self._at_start]
+        placed = {name: in_place(self._bricks[name].shape, pose) for name, pose in poses if pose is not None}
+        for name, body in placed.items():
+            near.add(name, body.low_W, body.high_W)
+        touching: dict[BodyId, None] = dict.fromkeys(self._moved)
+        waiting = list(touching)
+        while waiting:
+            name = waiting.pop()
+            reach = TOUCHES * self._bricks[name].shape.least_thickness
+            others = [each for each in near.neighbours(name, reach) if each not in touching]
+            new = [each for each in others if bodies_apart(placed[name], placed[each]).gap <= reach]
+            touching |= dict.fromkeys(new)
+            waiting += new
+        return min(0.0, sum(self._gain(name) for name in touching if name not in self._moved))
 
     @property
     def notably_gained(self) -> bool:
         """Whether the gain since the last action is large enough to be a fault of the engine."""
         energy = self.energy()
-        return energy is not None and energy.gain > NOTABLE_GAIN
+        return energy is not None and energy.gain > self.most_gain
 
     def energy(self) -> Energy | None:
         """Return the energy after the last action and its largest increase since; None before the first action."""
         if self._start is None:
             return None
-        reference = sum((self._at_start[name].by_distance for name in self._moved), 0.0)
-        reference += sum(self.outside.gross.get(name, 0.0) for name in self._moved)
-        return Energy(self._start, self._risen, reference, self._gained_before)
+        return Energy(self._start, self._risen, self._reference(), self._gained_before, self.most_gain)
 
 
 # Amplitude and frequency of swaying bricks. Swaying differs from creep and shift, as the brick comes back.
@@ -662,6 +693,7 @@ class RunMeasurements:
     """The measurements of one run."""
 
     timeline: Timeline
+    most_gain: float = EngineSettings.most_gain  # share of energy by which the engine may err
     watch: BrickTracker = field(init=False)
     energy: EnergyMeter = field(init=False)
     onset: OnsetWatch = field(default_factory=OnsetWatch)
@@ -676,7 +708,7 @@ class RunMeasurements:
         gravity = self.timeline.world.gravity
         self.watch = BrickTracker(not_moving=NOT_MOVING.scaled(lengths=1.0, times=sqrt(USUAL_GRAVITY / gravity)))
         self.passing = PassingWatch(self.watch)
-        self.energy = EnergyMeter(gravity, self.timeline.world.planes[0])
+        self.energy = EnergyMeter(gravity, self.timeline.world.planes[0], self.most_gain)
         self.motion = MotionWatch(gravity)
         self._landing = LandingWatch(self.watch)
         if "sway" in self.timeline.measures:

@@ -142,7 +142,7 @@ def play(
     timeline = as_played(timeline, system.modification)
     started = perf_counter()
     log = EventLog(on_event)
-    measures = RunMeasurements(timeline, recorder=recorder)
+    measures = RunMeasurements(timeline, system.engine.most_gain, recorder=recorder)
     islands = Islands(timeline, system, measures, log)
     try:
         run = _Run(timeline, islands, measures, log, StopRule(timeline, may_stop))

@@ -24,6 +24,7 @@ class RigidSettings(EngineSettings):
     package: ClassVar[Package] = Package("numba", "pip install numba")  # compiles the engine
     name: ClassVar[str] = "rigid"
     world: ClassVar[str] = "stability.engines.rigid.world:RigidWorld"
+    most_gain: ClassVar[float] = 0.001
     records_steps: ClassVar[bool] = True
 
     falling: Solving  # before the first hit, with hard contacts: small errors at the start of a fall grow

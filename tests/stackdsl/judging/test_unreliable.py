@@ -92,3 +92,10 @@ def test_a_gain_between_two_earlier_actions_is_not_forgotten(stood: Trace) -> No
     assert stood.energy_gained == 0.0
     before = Energy(start=1.0, risen=0.0, of_what_moved=1.0, gained_before=0.02)
     assert replace(stood, energy=before).energy_gained == 0.02
+
+
+def test_a_gain_that_other_engines_may_have_is_an_error_of_the_engine_of_exact(stood: Trace) -> None:
+    assert stood.energy is not None
+    gained = Energy(start=1.0, risen=0.002, of_what_moved=1.0)
+    assert replace(stood, energy=gained).energy_gained == 0.0
+    assert replace(stood, energy=replace(gained, most_gain=stood.energy.most_gain)).energy_gained == 0.002

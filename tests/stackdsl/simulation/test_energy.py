@@ -66,6 +66,23 @@ def test_what_does_not_move_hides_no_digit_of_a_gain(others: int) -> None:
     assert energy.gain == MASS * GRAVITY * 0.15 / (MASS * GRAVITY * 0.1) - 1.0
 
 
+@pytest.mark.parametrize(("sunk", "gain"), [(0.0, 1.0), (1e-6, 0.5), (2e-6, 0.0), (4e-6, 0.0), (-1e-6, 1.0)])
+def test_energy_that_a_heavy_brick_gives_by_sinking_a_micrometre_is_no_gain(sunk: float, gain: float) -> None:
+    #   The block weighs as much as 10,000 planks, and the plank rises from 20 to 40 mm.
+    block, on_it = Brick("block", Box((1.0, 1.0, 1.0)), 1e4 * MASS), 0.04 + 0.5 * SIZE[2] + 0.5
+    bricks, above = {"plank": BRICK, "block": block}, BodyState(Pose((0.0, 0.0, on_it)))
+    meter = EnergyMeter(GRAVITY, LEVEL)
+    meter.see(0.0, bricks, {"plank": BodyState(Pose((0.0, 0.0, 0.02))), "block": above})
+    meter.start()
+    meter.see(
+        0.0, bricks, {"plank": BodyState(Pose((0.0, 0.0, 0.04))), "block": BodyState(Pose((0.0, 0.0, on_it - sunk)))}
+    )
+    meter.look(["plank"])
+    energy = meter.energy()
+    assert energy is not None
+    assert energy.gain == pytest.approx(gain, abs=1e-8)
+
+
 def test_what_an_action_brings_in_is_no_gain_and_what_comes_by_itself_is() -> None:
     meter = EnergyMeter(GRAVITY, LEVEL)
     bricks, rest = {"a": BRICK, "b": BRICK}, BodyState(Pose((0.0, 0.0, 0.1)))
