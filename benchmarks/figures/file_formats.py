@@ -22,6 +22,8 @@ LOADS: Final = {
     "bed-bpp": "packing plans of BED-BPP, as JSON",
     "compas": "assemblies of COMPAS 2, as JSON",
     "obj": "Wavefront OBJ, a brick per object",
+    "stl": "STL, as text or binary, a brick per closed surface",
+    "ply": "PLY, as text or binary, a brick per closed surface",
     "mjcf": "scenes of MuJoCo, as XML",
     "urdf": "scenes of robots, as XML",
     "stablelego": "structures of LEGO bricks of StableLego, as JSON",

@@ -223,6 +223,19 @@ STATICS_TABLES: Mapping[str, Table] = {
             Column("time of verdict, load factor, ms", "{verdict_ms:sig2}, {factor_ms:sig2}"),
         ),
     ),
+    "mutated-files": Table(
+        "mutated-files",
+        "files",
+        (
+            Column("format", "{row}"),
+            Column("damaged files", "{files}"),
+            Column("read", "{read}"),
+            Column("refused with cause and place", "{refused}"),
+            Column("read otherwise", "{otherwise}"),
+            Column("internal errors", "{crashed}"),
+            Column("slowest, ms", "{slowest_ms:sig2}"),
+        ),
+    ),
     "studded": Table(
         "studded",
         "studded",

@@ -94,9 +94,9 @@ def imported(
     point: for a table: the point of a box that x, y, z refer to, `corner` (the lowest one) or `centre`
     map_: for a table: headers of columns that have other names, such as {"length": "L"}
     decimals: for a table: `point` or `comma`, where the numbers leave it open
-    units: units of columns whose headers have none, and of OBJ and COMPAS files, which have none
-    density: for an OBJ or COMPAS file: density of all blocks
-    up: for an OBJ file: the axis that points up
+    units: units of columns whose headers have none, and of mesh and COMPAS files, which have none
+    density: for a mesh or COMPAS file: density of all blocks
+    up: for an OBJ, STL or PLY file: the axis that points up
     supports: for a COMPAS file: `bricks` imports the fixed blocks as bricks
     library: for a StableLego or APEX-MR file: the file with the sizes and masses of its bricks
     deck: deck of the pallet; boxes that overhang it are reported, and with a `surface` it is built as a brick; default:

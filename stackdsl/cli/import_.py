@@ -99,8 +99,8 @@ _LENGTHS, _MASSES = (
 )
 @click.option("--length", type=click.Choice(_LENGTHS), help="Unit of lengths, if FILE does not give one.")
 @click.option("--mass", type=click.Choice(_MASSES), help="Unit of masses in a table, if FILE does not give one.")
-@click.option("--density", help="Density of the solids in an OBJ or COMPAS file, such as '2400 kg/m3'.")
-@click.option("--up", type=click.Choice(("+y", "+z")), help="Axis of an OBJ file that points up.")
+@click.option("--density", help="Density of the solids in a mesh or COMPAS file, such as '2400 kg/m3'.")
+@click.option("--up", type=click.Choice(("+y", "+z")), help="Axis of an OBJ, STL or PLY file that points up.")
 @click.option(
     "--supports", type=click.Choice(("bricks",)), help="Import the fixed supports of a COMPAS file as bricks."
 )

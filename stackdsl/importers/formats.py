@@ -13,29 +13,33 @@ from stackdsl.importers.imported_friction import written_world
 from stackdsl.importers.ldraw import read_ldraw
 from stackdsl.importers.lego import read_brickgpt, read_stablelego
 from stackdsl.importers.load import ImportedLoad, LoadReading, UnreadableLoadError, shifted, written_box
-from stackdsl.importers.meshes import read_compas, read_obj
+from stackdsl.importers.meshes import read_compas, read_obj, read_ply, read_stl
 from stackdsl.importers.pallets import read_bed_bpp, read_pallet_sim
 from stackdsl.importers.tables import DELIMITERS, read_table
 from stackdsl.importers.text_positions import json_text
 from stackdsl.language.imports import LOAD_FORMATS, Format, Import
+from stackdsl.language.mesh_files import is_binary_mesh, mesh_kind
 from stackdsl.language.yaml.parsing import unreadable_characters
 from stackdsl.language.yaml.source import BOM, Plain, decoded
 
 # The reader of each format.
 
 
+BOM_BYTES: Final = BOM.encode()
 MAX_IMPORTED: Final = 16 << 20  # [bytes] of one file
 # Formats of files that are not read -> the format in which to save them.
 SAVED_AS: Final[Mapping[str, str]] = {
     **dict.fromkeys((".xlsx", ".xls", ".ods", ".numbers"), "CSV"),
-    **dict.fromkeys((".stl", ".ply", ".off", ".dae", ".gltf", ".glb", ".fbx", ".3ds", ".blend"), "OBJ"),
-    **dict.fromkeys((".step", ".stp", ".iges", ".igs", ".ifc", ".dxf", ".dwg", ".3dm"), "OBJ"),
+    **dict.fromkeys((".off", ".dae", ".gltf", ".glb", ".fbx", ".3ds", ".blend"), "OBJ, STL or PLY"),
+    **dict.fromkeys((".step", ".stp", ".iges", ".igs", ".ifc", ".dxf", ".dwg", ".3dm"), "OBJ, STL or PLY"),
     **dict.fromkeys((".sdf", ".world", ".usd", ".usda", ".usdz", ".xacro"), "URDF or MJCF"),
 }
 _CORNER: Final = re.compile(r"^v\s+[-+.\d]", re.MULTILINE)  # a line of an OBJ file
 _ROOT: Final = re.compile(r"\A(?:<\?[^>]*>|<!--(?:(?!-->).)*-->|<!(?!--)[^>]*>|\s)*<(mujoco|robot)\b", re.DOTALL)
 # Patterns of the first line of a file, by format.
 FIRST_LINES: Final[Mapping[Format, re.Pattern[str]]] = {
+    "stl": re.compile(r"solid\b[^\n]*\n\s*(?:facet|endsolid)\b"),
+    "ply": re.compile(r"ply[ \t]*\n"),
     "brickgpt": re.compile(r"\d+x\d+ ?\(\d+,"),
     "ldraw": re.compile(r"0[ \t]+[^\d\s,;]|1(?:[ \t]+[-+.\w]+){13}[ \t]+\S+\.(?:dat|ldr|mpd)\b", re.IGNORECASE),
 }
@@ -47,6 +51,8 @@ READERS: Final[Mapping[Format, Callable[[LoadReading, Import], ImportedLoad]]] =
     "bed-bpp": lambda reading, options: read_bed_bpp(reading, options.load),
     "compas": read_compas,
     "obj": read_obj,
+    "stl": read_stl,
+    "ply": read_ply,
     "stablelego": lambda reading, options: read_stablelego(reading, options.library),
     "apex-mr": lambda reading, options: read_stablelego(reading, options.library, lowest=None),
     "brickgpt": lambda reading, _: read_brickgpt(reading),
@@ -77,15 +83,17 @@ def read_load(data: bytes, file: str, options: Import, read_file: Callable[[str]
         hint = f"save it as {SAVED_AS[suffix]}, and import that"
         mistake = Diagnostic("SD115", Span(file, 1, 1, 1), f"files of type {suffix} are not supported", hint)
         raise UnreadableLoadError([mistake])
-    text = decoded(data, file)
+    data = data.removeprefix(BOM_BYTES)
+    is_binary = is_binary_mesh(data, options.format or mesh_kind(file))
+    text = "" if is_binary else decoded(data, file)
     if isinstance(text, Diagnostic):
         raise UnreadableLoadError([text])
-    text = text.removeprefix(BOM)
     page = page_of(text, file)
     if (unreadable := next(unreadable_characters(page_of(text.replace("\t", " "), file)), None)) is not None:
         raise UnreadableLoadError([unreadable])
-    reading = LoadReading(page, frozenset(options.ignore), read_file=read_file)
-    format_ = options.format or _format_of(reading)
+    reading = LoadReading(page, frozenset(options.ignore), read_file=read_file, data=data)
+    binary: Format = "ply" if data.startswith(b"ply") else "stl"
+    format_ = options.format or (binary if is_binary else _format_of(reading))
     if (conflict := options.beside(format_)) is not None:
         reading.undetermined(page.span(0, 0), *conflict)
         reading.end()

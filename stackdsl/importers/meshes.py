@@ -1,13 +1,13 @@
-"""Reads solids from OBJ files and COMPAS assemblies.
+"""Reads solids from OBJ, STL and PLY files and from COMPAS assemblies.
 
-Neither format states the unit of length, and neither gives masses, so the author does.
+None of the formats states the unit of length, and none gives masses, so the author does.
 """
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from itertools import product
+from itertools import chain, product
 from typing import Final
 
 from stability.geometry.compound import Compound
@@ -15,10 +15,11 @@ from stability.geometry.convex_solid import NotASolidError
 from stability.geometry.placed_shape import corners_W
 from stability.geometry.vectors import add, subtract
 from stackdsl.diagnostics import Span
-from stackdsl.importers.load import Exact3, ImportedBox, ImportedLoad, LoadReading
+from stackdsl.importers.load import Exact3, ImportedBox, ImportedLoad, LoadReading, UnreadableLoadError
 from stackdsl.importers.text_positions import IN_METRES, JsonText, Node, Numeral, UnitReader, json_text
 from stackdsl.language.bricks import corner_number
 from stackdsl.language.imports import Import
+from stackdsl.language.mesh_files import MeshFileError, Surface, surfaces_of
 from stackdsl.language.value_types import NAME
 
 # Convex solids from the corners and faces of meshes, and the options that both formats need.
@@ -159,14 +160,19 @@ class _Part:
 def read_obj(reading: LoadReading, options: Import) -> ImportedLoad:
     """Read the bricks of an OBJ file, in file order. Raises UnreadableLoadError."""
     metre, density = metre_of(reading, options), density_of(reading, options)
-    if options.up is None:
-        hint = "set `up: +z`, or `up: +y`, the default of Blender and others"
-        reading.undetermined(reading.page.span(0, 0), "an OBJ file does not state which axis points up", hint)
-    lines = _ObjLines(reading, UnitReader(reading, metre), options.up == "+y")
+    lines = _ObjLines(reading, UnitReader(reading, metre), _y_is_up(reading, options, "an OBJ"))
     lines.read()
     reading.end()
     bricks = [solid_brick(reading, mesh, density) for mesh in lines.meshes()]
     return reading.load([brick for brick in bricks if brick is not None])
+
+
+def _y_is_up(reading: LoadReading, options: Import, kind: str) -> bool:
+    """Return whether y is the vertical axis; report it if the author has not set the axis."""
+    if options.up is None:
+        hint = "set `up: +z`, or `up: +y`, the default of Blender and others"
+        reading.undetermined(reading.page.span(0, 0), f"{kind} file does not state which axis points up", hint)
+    return options.up == "+y"
 
 
 class _ObjLines:
@@ -258,6 +264,58 @@ class _ObjLines:
             else:
                 self._reading.skip(f"{part.name}, which has no faces", part.span, harmless=True)
         return meshes
+
+
+# STL and PLY files. Each closed surface is a brick; those of an STL file have the name of their `solid`.
+
+
+def read_stl(reading: LoadReading, options: Import) -> ImportedLoad:
+    """Read the bricks of an STL file, in file order. Raises UnreadableLoadError."""
+    return _read_surfaces(reading, options, "stl", "an STL")
+
+
+def read_ply(reading: LoadReading, options: Import) -> ImportedLoad:
+    """Read the bricks of a PLY file, in file order. Raises UnreadableLoadError."""
+    return _read_surfaces(reading, options, "ply", "a PLY")
+
+
+def _read_surfaces(reading: LoadReading, options: Import, kind: str, noun: str) -> ImportedLoad:
+    metre, density = metre_of(reading, options), density_of(reading, options)
+    y_is_up = _y_is_up(reading, options, noun)
+    try:
+        surfaces = surfaces_of(reading.data, kind)
+    except MeshFileError as error:
+        line = min(max(error.line, 1), len(reading.page.lines)) - 1
+        reading.wrong(reading.page.span(line, 0), error.message, error.hint)
+        raise UnreadableLoadError(reading.mistakes) from error
+    reading.end()
+    units = UnitReader(reading, metre)
+    meshes: list[ImportedMesh] = []
+    names: set[str] = set()
+    for surface in surfaces:
+        span = reading.page.span(max(surface.line, 1) - 1, 0)
+        corners = _surface_corners(units, surface, span, y_is_up)
+        pieces = list(surface.pieces())
+        for number, piece in enumerate(pieces, start=1):
+            written = f"{surface.name}-{number}" if surface.name and len(pieces) > 1 else surface.name
+            name = brick_name(written, f"brick-{len(names) + 1}")
+            if name in names:
+                name = f"brick-{len(names) + 1}"
+            names.add(name)
+            if name in reading.ignored:
+                reading.skip(name, span, harmless=False)
+            else:
+                meshes.append(ImportedMesh(name, *merged(corners, piece.faces), span))
+    bricks = [solid_brick(reading, mesh, density) for mesh in meshes]
+    return reading.load([brick for brick in bricks if brick is not None])
+
+
+def _surface_corners(units: UnitReader, surface: Surface, span: Span, y_is_up: bool) -> list[Exact3]:
+    """Return the corners of a surface [m]. Raises UnreadableLoadError."""
+    lengths = {part: units.coordinate(part, span, "the corner") for part in dict.fromkeys(chain(*surface.corners))}
+    units.reading.end()
+    corners = [_exact3([lengths[part] or Fraction(0) for part in corner]) for corner in surface.corners]
+    return [(x, -z, y) for x, y, z in corners] if y_is_up else corners
 
 
 # Assemblies of COMPAS 2, as `compas_assembly` and `compas_cra` write them: a graph whose nodes are blocks.

@@ -38,8 +38,9 @@ from stackdsl.importers.text_positions import (
     xml_of,
     xml_text,
 )
-from stackdsl.language.bricks import obj_mesh
+from stackdsl.language.bricks import file_mesh
 from stackdsl.language.imports import Import
+from stackdsl.language.mesh_files import mesh_kind
 from stackdsl.language.quantities import InputError
 
 if TYPE_CHECKING:
@@ -538,16 +539,16 @@ class _Links:
 
     def _mesh(self, element: Element, geometry: Any) -> tuple[tuple[Vec3, ...], tuple[tuple[int, ...], ...]]:  # noqa: ANN401
         file = str(geometry.filename)
-        if not file.lower().endswith(".obj") or "://" in file:
-            self._wrong(
-                element, f"the mesh '{file}' is not an OBJ file in the folder of this file", "save it as an .obj file"
-            )
+        kind = mesh_kind(file)
+        if not (kind or file.lower().endswith(".obj")) or "://" in file:
+            message = f"the mesh '{file}' is not an OBJ, STL or PLY file in the folder of this file"
+            self._wrong(element, message, "save it as an .obj file")
             return (), ()
         data = self._reading.bytes_beside(file, element.span)
         if not data:
             return (), ()
         try:
-            mesh = obj_mesh(data.decode("utf-8-sig", "replace"), file)
+            mesh = file_mesh(data.decode("latin-1") if kind else data.decode("utf-8-sig", "replace"), file)
         except InputError as error:
             self._wrong(element, error.message, error.hint)
             return (), ()

@@ -38,6 +38,7 @@ from stackdsl.language.compound_parts import (
 from stackdsl.language.joints import LEGO_STUDS, StudGrid
 from stackdsl.language.layouts.registry import BrickSpec
 from stackdsl.language.lego import LEGO, PLATES, meant_lego
+from stackdsl.language.mesh_files import MeshFileError, mesh_kind, whole_mesh
 from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Shorthand, default
 from stackdsl.language.pallets import Pallet, pallet_boxes
 from stackdsl.language.quantities import SIDE, ConsequentialError, InputError, shown, triple
@@ -92,7 +93,7 @@ _CORNER: Final = re.compile(r"[-+]?[0-9]{1,18}(?=/|$)")
 
 @dataclass(slots=True)
 class ObjMesh:
-    """The mesh of an OBJ file."""
+    """The mesh of a file."""
 
     points: list[tuple[float, float, float]] = field(default_factory=list)
     loops: list[tuple[int, ...]] = field(default_factory=list)  # corners of each face, from 0
@@ -117,6 +118,17 @@ def obj_mesh(text: str, file: str) -> ObjMesh:
     if not mesh.loops:
         raise InputError("SD104", f"{file} has no faces", "export the solid as a mesh with `v` and `f` lines")
     return mesh
+
+
+def file_mesh(text: str, file: str) -> ObjMesh:
+    """Read the mesh of an OBJ, STL or PLY file; the bytes of the last two as characters. Raises InputError."""
+    if not (kind := mesh_kind(file)):
+        return obj_mesh(text, file)
+    try:
+        return ObjMesh(*whole_mesh(text.encode("latin-1"), kind))
+    except MeshFileError as error:
+        place = f"{file}:{error.line}" if error.line else file
+        raise InputError("SD104", f"{place}: {error.message}", error.hint) from None
 
 
 def _point(parts: Sequence[str]) -> tuple[float, float, float]:
@@ -249,10 +261,10 @@ def compound_form(parts: tuple[tuple[ConvexShape, Pose], ...], centre_of_mass: V
 
 @lru_cache(maxsize=KEPT)
 def mesh_form(text: str, file: str, unit: str, centre_of_mass: Vec3 | None = None) -> Form:
-    """Return the form of the solid in the text of an OBJ file, in parts if it is not convex. Raises InputError."""
+    """Return the form of the solid in the text of a mesh file, in parts if it is not convex. Raises InputError."""
     from stability.geometry.convex_parts import body_of_mesh  # noqa: PLC0415 -- boxes do not need scipy
 
-    mesh = obj_mesh(text, file)
+    mesh = file_mesh(text, file)
     try:
         points = tuple(scale(METRES[unit], point) for point in mesh.points)
         made = _solid(body_of_mesh, points, tuple(mesh.loops), centre_of_mass)
@@ -526,7 +538,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
     capsule: Capsule | None = Field(None, description="a cylinder between two half balls")
     points: Points | None = Field(None, description="corners [x, y, z] of a convex solid, in any order")
     file: t.Text | None = Field(
-        None, description="OBJ file of a convex solid; the path is relative to the folder of this file"
+        None, description="OBJ, STL or PLY file of a solid; the path is relative to the folder of this file"
     )
     parts: Annotated[tuple[PartOfBrick, ...], Field(min_length=1, max_length=MOST_PARTS)] | None = Field(
         None, description="convex parts of one rigid brick, which touch without overlap"
@@ -535,7 +547,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
     hollow_block: HollowBlock | None = Field(None, description="a block with cells that are open above and below")
     table: TableBrick | None = Field(None, description="a table with four legs")
     pallet: Pallet | None = Field(None, description="a pallet such as `EUR`, with a closed deck or with boards")
-    unit: Literal["mm", "cm", "m"] | None = Field(None, description="unit of length in the OBJ file")
+    unit: Literal["mm", "cm", "m"] | None = Field(None, description="unit of length in the mesh file")
     centre_of_mass: tuple[t.Length, t.Length, t.Length] | None = Field(
         None,
         description="centre of mass [x, y, z], from the centre of a box, from half the height of a round brick, or in "
@@ -659,7 +671,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
     def _take_form(self, info: ValidationInfo) -> Self:
         if self.file is not None and self.unit is None:
             raise InputError(
-                "SD102", "`unit`, the unit of length in the OBJ file, is missing", "add it, for example `unit: mm`"
+                "SD102", "`unit`, the unit of length in the mesh file, is missing", "add it, for example `unit: mm`"
             )
         form = _form_of(dict(self), self.centre_of_mass, info)
         assert form is not None  # one of the keys of `also_one_of` is written

@@ -15,7 +15,19 @@ from stackdsl.language.quantities import EXTENT, InputError, exact_quantity, qua
 from stackdsl.language.value_types import Reads, text_schema
 
 Format: TypeAlias = Literal[
-    "table", "pallet-sim", "bed-bpp", "compas", "obj", "mjcf", "urdf", "stablelego", "apex-mr", "brickgpt", "ldraw"
+    "table",
+    "pallet-sim",
+    "bed-bpp",
+    "compas",
+    "obj",
+    "stl",
+    "ply",
+    "mjcf",
+    "urdf",
+    "stablelego",
+    "apex-mr",
+    "brickgpt",
+    "ldraw",
 ]
 LOAD_FORMATS: Final[tuple[Format, ...]] = get_args(Format)
 # The formats that each key applies to. The others have the value in the file, or do not need it.
@@ -24,9 +36,9 @@ OF_FORMATS: Final[Mapping[str, tuple[Format, ...]]] = {
     "point": ("table",),
     "map_": ("table",),
     "decimals": ("table",),
-    "units": ("table", "compas", "obj"),
-    "density": ("compas", "obj"),
-    "up": ("obj",),
+    "units": ("table", "compas", "obj", "stl", "ply"),
+    "density": ("compas", "obj", "stl", "ply"),
+    "up": ("obj", "stl", "ply"),
     "supports": ("compas",),
     "library": ("stablelego", "apex-mr"),
 }
@@ -146,10 +158,10 @@ class Import(AuthorModel):
         None, description="sign of decimals in a table; the other one may separate thousands; default: from the numbers"
     )
     units: DefaultUnits | None = Field(
-        None, description="units of table columns without a unit in the header, or of an OBJ or COMPAS file"
+        None, description="units of table columns without a unit in the header, or of a mesh or COMPAS file"
     )
-    density: t.Density | None = Field(None, description="density of all blocks in an OBJ or COMPAS file")
-    up: Literal["+y", "+z"] | None = Field(None, description="vertical axis of an OBJ file")
+    density: t.Density | None = Field(None, description="density of all blocks in a mesh or COMPAS file")
+    up: Literal["+y", "+z"] | None = Field(None, description="vertical axis of an OBJ, STL or PLY file")
     supports: Literal["bricks"] | None = Field(
         None, description="`bricks` reads the fixed blocks of a COMPAS file as movable bricks"
     )

@@ -9,6 +9,7 @@ from typing import Final
 
 from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, reading_order
 from stackdsl.disk import read_file
+from stackdsl.language.mesh_files import mesh_kind
 from stackdsl.language.yaml.parsing import MAX_VALUES, NO_MAPPING
 from stackdsl.language.yaml.source import MAX_BYTES, KeyPath, Loaded, PlaceBuilder, Plain, Source, load, similar_file
 from stackdsl.project_file import OWN_FILE, ProjectError, root_around
@@ -109,6 +110,8 @@ def _text(file: str, read: Callable[[str, int, str], bytes], root: str, most: in
         raise OutsideError(f"cannot read {file}: {error.strerror}", "check the permissions of the file") from error
     if len(data) > most:
         raise OutsideError(f"{file} is larger than {most >> 20} MiB", "use a smaller file")
+    if mesh_kind(file):  # may be binary
+        return data.decode("latin-1")
     return data.decode("utf-8", "replace")
 
 

@@ -460,7 +460,7 @@ MAX_VALUES: Final = 100_000  # written in one file; bounds the memory for spans 
 MAX_MISTAKES: Final = 1000  # reported for one file
 ANCHORS_COMPARED: Final = 20  # anchors compared with a misspelt alias; all of a hostile file would take minutes
 
-IMPORTED: Final = (".csv", ".obj", ".urdf", ".xml", ".tsv", ".txt")  # files of other programs
+IMPORTED: Final = (".csv", ".obj", ".stl", ".ply", ".urdf", ".xml", ".tsv", ".txt")  # files of other programs
 TABLE: Final = re.compile(r"[^,;]*(?:,[^,;]*){3}|[^,;]*(?:;[^,;]*){3}")  # the first four cells of a row
 BEGIN: Final = "begin with `scenario: NAME`"
 NO_MAPPING: Final = "a scenario must be a mapping of keys to values, but this document is "

@@ -3,7 +3,8 @@
 import csv
 import json
 import re
-from collections.abc import Iterable, Iterator
+import struct
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
@@ -13,10 +14,13 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 
 from stackdsl.language.imports import Format
 
+Corner: TypeAlias = tuple[float, ...]
 Box: TypeAlias = tuple[tuple[float, ...], tuple[float, ...], float]  # size, centre [m], mass [kg]
 
 TABLE: Final = """name,length [mm],width [mm],height [cm],mass [g],x [m],y [m],z [m]
@@ -104,18 +108,89 @@ LDRAW: Final = """0 FILE wall.ldr
 1 16 10.5 -24 10 0 0 -1 0 1 0 1 0 0 3004.dat
 """
 
+# A box and a wedge, in metres: corners, and faces counter-clockwise seen from outside.
+_BOX: Final = (
+    tuple((x, y, z) for z in (0.0, 0.1) for y in (0.0, 0.2) for x in (0.0, 0.3)),
+    ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)),
+)
+_WEDGE: Final = (
+    ((0.4, 0.0, 0.0), (0.4, 0.2, 0.0), (0.4, 0.2, 0.1), (0.4, 0.0, 0.1), (0.7, 0.0, 0.0), (0.7, 0.2, 0.0)),
+    ((0, 3, 2, 1), (0, 1, 5, 4), (3, 4, 5, 2), (0, 4, 3), (1, 2, 5)),
+)
+SOLIDS: Final = {"box": _BOX, "wedge": _WEDGE}
+
+
+def triangles(faces: Iterable[tuple[int, ...]]) -> list[tuple[int, int, int]]:
+    """The faces, cut into fans of triangles."""
+    return [(face[0], b, c) for face in faces for b, c in pairwise(face[1:])]
+
+
+def _stl_text() -> str:
+    lines = []
+    for name, (corners, faces) in SOLIDS.items():
+        lines.append(f"solid {name}")
+        for triangle in triangles(faces):
+            vertices = [f"  vertex {' '.join(map(str, corners[n]))}" for n in triangle]
+            lines += [" facet normal 0 0 0", "  outer loop", *vertices, "  endloop", " endfacet"]
+        lines.append(f"endsolid {name}")
+    return "\n".join(lines) + "\n"
+
+
+def ply_head(order: str, corners: int, faces: int, number: str = "float") -> str:
+    """The header of a PLY file of corners and faces."""
+    lines = [f"ply\nformat {order} 1.0\ncomment two solids\nelement vertex {corners}"]
+    lines += [f"property {number} {axis}" for axis in "xyz"]
+    lines += [f"element face {faces}", "property list uchar int vertex_indices", "end_header"]
+    return "\n".join(lines) + "\n"
+
+
+def numbered_solids() -> tuple[list[tuple[float, ...]], list[tuple[int, ...]]]:
+    """The corners of both solids, and the faces by their numbers."""
+    corners = [corner for solid, _ in SOLIDS.values() for corner in solid]
+    return corners, [*_BOX[1], *(tuple(n + len(_BOX[0]) for n in face) for face in _WEDGE[1])]
+
+
+def binary_stl(*solids: tuple[Sequence[Corner], Sequence[tuple[int, ...]]], header: bytes = b"made by a test") -> bytes:
+    flat = [[corners[n] for n in triangle] for corners, faces in solids for triangle in triangles(faces)]
+    records = (struct.pack("<12fH", 0, 0, 0, *(part for corner in each for part in corner), 0) for each in flat)
+    return header.ljust(80) + struct.pack("<I", len(flat)) + b"".join(records)
+
+
+def binary_ply(
+    corners: Sequence[Corner], faces: Sequence[tuple[int, ...]], order: str = "little", wide: bool = False
+) -> bytes:
+    sign, number = "<" if order == "little" else ">", "d" if wide else "f"
+    head = ply_head(f"binary_{order}_endian", len(corners), len(faces), "double" if wide else "float")
+    places = b"".join(struct.pack(f"{sign}3{number}", *corner) for corner in corners)
+    return head.encode() + places + b"".join(struct.pack(f"{sign}B{len(face)}i", len(face), *face) for face in faces)
+
+
+def _ply_text() -> str:
+    corners, faces = numbered_solids()
+    lines = [*(" ".join(map(str, corner)) for corner in corners)]
+    lines += [" ".join(map(str, (len(face), *face))) for face in faces]
+    return ply_head("ascii", len(corners), len(faces)) + "\n".join(lines) + "\n"
+
+
 TEXTS: Final[dict[Format, str]] = {
     "table": TABLE,
     "pallet-sim": PALLET,
     "bed-bpp": PLAN,
     "compas": ASSEMBLY.read_text(encoding="utf-8"),
     "obj": SLABS.read_text(encoding="utf-8"),
+    "stl": _stl_text(),
+    "ply": _ply_text(),
     "urdf": LINKS.read_text(encoding="utf-8"),
     "mjcf": SCENE.read_text(encoding="utf-8"),
     "stablelego": _lego(0),
     "apex-mr": _lego(1, press_x=3, manipulate_type=0),
     "brickgpt": "2x4 (0,0,0)\n1x2 (0,1,1)\n\n6x2 (0,0,2)\n",
     "ldraw": LDRAW,
+}
+# Binary files of the same solids, by name; the format is the first word of it.
+BINARIES: Final = {
+    "stl, binary": binary_stl(*SOLIDS.values()),
+    "ply, binary": binary_ply(*numbered_solids()),
 }
 _OF_MESHES: Final[dict[str, object]] = {"units": {"length": "m"}, "density": "2400 kg/m3"}
 # What the author has to say of a file of each format.
@@ -125,6 +200,8 @@ SAID: Final[dict[Format, dict[str, object]]] = {
     "bed-bpp": {},
     "compas": {**_OF_MESHES, "supports": "bricks"},
     "obj": {**_OF_MESHES, "up": "+y"},
+    "stl": {**_OF_MESHES, "up": "+z"},
+    "ply": {**_OF_MESHES, "up": "+z"},
     "urdf": {},
     "mjcf": {},
     "stablelego": {},
@@ -150,8 +227,9 @@ def beside(named: str) -> bytes:
 
 def read_otherwise(format_: str, text: str) -> list[Box]:
     """The boxes of a file that is right, by libraries that know nothing of ours. Raises if it is not."""
-    if format_ == "obj":
-        return list(_objects(text))
+    meshes = {"obj": _objects, "stl": _of_facets, "ply": _of_ply}
+    if format_ in meshes:
+        return list(meshes[format_](text))
     if format_ == "urdf":
         return list(_links(ElementTree.fromstring(text)))
     if format_ == "mjcf":
@@ -169,7 +247,7 @@ def read_otherwise(format_: str, text: str) -> list[Box]:
         )
     if format_ == "compas":
         nodes = whole["data"]["graph"]["data"]["node"]
-        return [_of_corners(_used(node["block"]["data"])) for node in nodes.values()]
+        return [_of_faces(_faces_of(node["block"]["data"])) for node in nodes.values()]
     if format_ == "bed-bpp":
         (actions,) = whole.values()
         return [_action(action) for action in actions]
@@ -245,7 +323,9 @@ def _row(row: dict[str | None, Any]) -> Box:
     by: dict[str, Any] = {}
     for header, cell in row.items():
         name, _, unit = str(header).rstrip("] ").partition("[")
-        by[name.strip()] = cell if name.strip() == "name" else Fraction(cell) / per[unit.strip()]
+        # The only column in a unit of mass is that of the masses, however its name is spelt.
+        key = "mass" if unit.strip() in {"g", "kg", "t"} else name.strip()
+        by[key] = cell if key == "name" else Fraction(cell) / per[unit.strip()]
     return _box([by[key] for key in "xyz"], [by[key] for key in ("length", "width", "height")], by["mass"])
 
 
@@ -275,13 +355,13 @@ def _box(corner: list[Fraction], size: list[Fraction], mass: Fraction) -> Box:
     return tuple(map(float, size)), centre, float(mass)
 
 
-def _used(block: dict[str, Any]) -> list[list[float]]:
+def _faces_of(block: dict[str, Any]) -> list[list[list[float]]]:
     """The corners of a block that its faces name; its edges must be passed once each way."""
     usual, vertices = block["default_vertex_attributes"], block["vertex"]
     ways = [pair for face in block["face"].values() for pair in pairwise([*face, face[0]])]
     assert {(other, one) for one, other in ways} == set(ways)
-    used = dict.fromkeys(corner for way in ways for corner in way)
-    return [[{**usual, **vertices[str(corner)]}[axis] for axis in "xyz"] for corner in used]
+    places = {corner: [{**usual, **vertices[str(corner)]}[axis] for axis in "xyz"] for way in ways for corner in way}
+    return [[places[corner] for corner in face] for face in block["face"].values()]
 
 
 def _objects(text: str) -> Iterator[Box]:
@@ -298,10 +378,66 @@ def _objects(text: str) -> Iterator[Box]:
         elif kind == "f":
             objects.setdefault(name, []).append([corners[int(part.partition("/")[0]) - 1] for part in parts])
     for faces in objects.values():
-        size, centre, _ = _of_corners([corner for face in faces for corner in face])
-        # A corner that has moved may leave a dent, so the volume is that between the faces.
-        fans = [(face[0], b, c) for face in faces for b, c in pairwise(face[1:])]
-        yield size, centre, 2400.0 * abs(float(np.linalg.det(np.array(fans)).sum())) / 6.0
+        yield _of_faces(faces)
+
+
+def _of_facets(text: str) -> Iterator[Box]:
+    """The solids of an STL file, whose corners are all that matters."""
+    for solid in re.findall(r"^solid\b.*?^endsolid\b", text, re.MULTILINE | re.DOTALL | re.IGNORECASE):
+        corners = [
+            [float(Fraction(part)) for part in line.split()[1:]]
+            for line in solid.split("\n")
+            if line.split()[:1] and line.split()[0].lower() == "vertex"
+        ]
+        yield from _between([corners[n : n + 3] for n in range(0, len(corners), 3)])
+
+
+def _of_ply(text: str) -> Iterator[Box]:
+    """The solids of a PLY file of text."""
+    head, _, body = text.partition("end_header\n")
+    (many,) = re.findall(r"^ *element vertex (\d+)", head, re.MULTILINE)
+    axes = re.findall(r"^ *property \w+ ([xyz])\s*$", head, re.MULTILINE)
+    lines = [line.split() for line in body.split("\n") if line.strip()]
+    corners = [[float(Fraction(line[axes.index(axis)])) for axis in "xyz"] for line in lines[: int(many)]]
+    yield from _between([[corners[int(part)] for part in line[1:]] for line in lines[int(many) :]])
+
+
+def read_binary_otherwise(format_: str, data: bytes) -> list[Box]:
+    """The solids of a binary file like those above. Raises if it is none."""
+    if format_ == "stl":
+        corners = (
+            np.frombuffer(data, np.uint8, offset=84).reshape(-1, 50)[:, 12:48].copy().view("<f4").reshape(-1, 3, 3)
+        )
+        return list(_between(corners.astype(float).tolist()))
+    head, _, body = data.partition(b"end_header\n")
+    many, faces = (int(found) for found in re.findall(rb"^element [vf]\w+ (\d+)", head, re.MULTILINE))
+    places = np.frombuffer(body, "<f4", 3 * many).reshape(-1, 3).astype(float).tolist()
+    at, loops = 12 * many, []
+    for _ in range(faces):
+        loops.append([places[n] for n in struct.unpack_from(f"<{body[at]}i", body, at + 1)])
+        at += 1 + 4 * body[at]
+    assert at == len(body)
+    return list(_between(loops))
+
+
+def _between(faces: list[list[list[float]]]) -> Iterator[Box]:
+    """The bodies between faces, those of one body connected by corners."""
+    numbers: dict[tuple[float, ...], int] = {}
+    loops = [[numbers.setdefault(tuple(corner), len(numbers)) for corner in face] for face in faces]
+    ways = [way for loop in loops for way in pairwise([*loop, loop[0]])]
+    assert {(other, one) for one, other in ways} == set(ways)
+    links = coo_array((np.ones(len(ways)), tuple(zip(*ways, strict=True))), shape=(len(numbers),) * 2)
+    _, labels = connected_components(links)
+    for label in dict.fromkeys(int(labels[loop[0]]) for loop in loops):
+        own = [face for face, loop in zip(faces, loops, strict=True) if labels[loop[0]] == label]
+        yield _of_faces(own)
+
+
+def _of_faces(faces: list[list[list[float]]]) -> Box:
+    """The box around faces, and the weight between them, as a corner that has moved may leave a dent."""
+    size, centre, _ = _of_corners([corner for face in faces for corner in face])
+    fans = [(face[0], b, c) for face in faces for b, c in pairwise(face[1:])]
+    return size, centre, 2400.0 * abs(float(np.linalg.det(np.array(fans)).sum())) / 6.0
 
 
 def _of_corners(corners: list[list[float]]) -> Box:

@@ -6,20 +6,36 @@ from collections.abc import Iterator
 
 import pytest
 
+from stability.geometry.convex_parts import WHOLE
+from stability.geometry.solid_making import WRITTEN
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.importers.formats import read_load
 from stackdsl.importers.load import ImportedLoad, UnreadableLoadError
 from stackdsl.language.imports import Format, Import
-from tests.stackdsl.importers.loads import SAID, TEXTS, Box, beside, read_otherwise, skip_without_parser
+from tests.stackdsl.importers.loads import (
+    BINARIES,
+    SAID,
+    TEXTS,
+    Box,
+    beside,
+    read_binary_otherwise,
+    read_otherwise,
+    skip_without_parser,
+)
 
 IN_SUITE = 60
 ROUNDED = {
     "compas": 1e-12,
     "obj": 1e-12,
+    "stl": 1e-12,
+    "ply": 1e-12,
     "urdf": 2e-12,
     "mjcf": 1e-7,
     "ldraw": 1e-9,
 }  # [m]: MuJoCo keeps meshes in single precision
+# Share of the mass: corners are as exact as files write them, and the parts of a solid that is not convex have its
+# volume but for `WHOLE`.
+PARTS = max(WRITTEN, WHOLE)
 MANY = 500
 WORDS = (*'"{}]:,;-0é\x00\n', "null", "-1", "NaN", "1e999", "", "true", "7mm")
 
@@ -43,6 +59,40 @@ def mutated(text: str, seed: str) -> str:
     return ways[chance.randrange(len(ways))]
 
 
+def damaged(data: bytes, seed: str) -> bytes:
+    """A binary file after one thing happened to it: cut, or a part of it lost, doubled, exchanged, or overwritten."""
+    chance = random.Random(seed)
+    one, two, three, four = sorted(chance.sample(range(len(data)), 4))
+    ways = [
+        data[:one],
+        data[:one] + data[one + 1 :],
+        data[:one] + chance.randbytes(1) + data[one:],
+        data[:one] + bytes([data[one] ^ 1 << chance.randrange(8)]) + data[one + 1 :],
+        data[:one] + chance.randbytes(4) + data[one + 4 :],
+        data[:one] + data[three:four] + data[two:three] + data[one:two] + data[four:],
+        data[:one] + bytes(two - one) + data[two:],
+    ]
+    return ways[chance.randrange(len(ways))]
+
+
+def binary_is_told(name: str, seed: int) -> bool:
+    """Whether a damaged binary file was read, as it was otherwise, rather than refused with a cause and a remedy."""
+    format_: Format = "stl" if name.startswith("stl") else "ply"
+    data = damaged(BINARIES[name], f"{name}-{seed}")
+    asked = Import.model_validate({"file": "a", "format": format_, **SAID[format_]})
+    try:
+        load = read_load(data, "a", asked)
+    except UnreadableLoadError as error:
+        mistakes = error.diagnostics
+    else:
+        mistakes = ()
+    if mistakes:
+        assert all(each.message and each.hint and each.span.file == "a" for each in mistakes)
+        return False
+    assert_alike(list(boxes(load)), read_binary_otherwise(format_, data), 1e-6, 1e-6, PARTS)
+    return True
+
+
 def read(format_: Format, text: str) -> ImportedLoad:
     skip_without_parser(format_)
     asked = Import.model_validate({"file": "a", "format": format_, **SAID[format_]})
@@ -60,10 +110,15 @@ def assert_same(load: ImportedLoad, format_: Format, text: str) -> None:
     if format_ in {"table", "pallet-sim", "bed-bpp", "stablelego", "apex-mr", "brickgpt"}:
         assert ours == theirs
         return
-    flat = [[*size, *centre, mass] for size, centre, mass in ours]
-    assert flat == [
-        pytest.approx([*size, *centre, mass], rel=1e-9, abs=ROUNDED[format_]) for size, centre, mass in theirs
+    assert_alike(ours, theirs, 1e-9, ROUNDED[format_], PARTS if format_ in {"compas", "obj", "stl", "ply"} else 1e-9)
+
+
+def assert_alike(ours: list[Box], theirs: list[Box], rel: float, absolute: float, of_mass: float) -> None:
+    """Boxes of the same places and sizes [m], and masses within a share of their own."""
+    assert [[*size, *centre] for size, centre, _ in ours] == [
+        pytest.approx([*size, *centre], rel=rel, abs=absolute) for size, centre, _ in theirs
     ]
+    assert [mass for _, _, mass in ours] == pytest.approx([mass for _, _, mass in theirs], rel=of_mass)
 
 
 def nothing_is_lost(format_: Format, seed: int) -> bool:
@@ -107,6 +162,19 @@ def test_a_mutated_file_is_told_in_its_place_or_read_whole(format_: Format) -> N
 @pytest.mark.parametrize("format_", TEXTS)
 def test_many_mutated_loads_are_read_or_refused_with_a_diagnostic(format_: Format) -> None:
     accepted = [nothing_is_lost(format_, seed) for seed in range(MANY)]
+    assert 0 < sum(accepted) < MANY
+
+
+@pytest.mark.parametrize("name", BINARIES)
+def test_a_damaged_binary_file_is_told_or_read_whole(name: str) -> None:
+    accepted = [binary_is_told(name, seed) for seed in range(IN_SUITE)]
+    assert 0 < sum(accepted) < IN_SUITE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", BINARIES)
+def test_many_damaged_binary_files_are_read_or_refused_with_a_diagnostic(name: str) -> None:
+    accepted = [binary_is_told(name, seed) for seed in range(MANY)]
     assert 0 < sum(accepted) < MANY
 
 

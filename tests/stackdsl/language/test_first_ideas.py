@@ -132,7 +132,7 @@ def test_a_table_without_units_has_one_message_with_the_options_to_add(stackdsl:
 @pytest.mark.parametrize(
     ("name", "text", "parts"),
     [
-        ("cartons.stl", "solid a\nendsolid\n", ("files of type .stl are not supported", "save it as OBJ")),
+        ("cartons.dae", "<COLLADA/>\n", ("files of type .dae are not supported", "save it as OBJ, STL or PLY")),
         ("cartons.xlsx", "PK\x03\x04", ("files of type .xlsx are not supported", "save it as CSV")),
         (
             "cartons.csv",
