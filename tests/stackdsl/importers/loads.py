@@ -144,9 +144,9 @@ def ply_head(order: str, corners: int, faces: int, number: str = "float") -> str
     return "\n".join(lines) + "\n"
 
 
-def numbered_solids() -> tuple[list[tuple[float, ...]], list[tuple[int, ...]]]:
+def numbered_solids() -> tuple[list[Corner], list[tuple[int, ...]]]:
     """The corners of both solids, and the faces by their numbers."""
-    corners = [corner for solid, _ in SOLIDS.values() for corner in solid]
+    corners: list[Corner] = [corner for solid, _ in SOLIDS.values() for corner in solid]
     return corners, [*_BOX[1], *(tuple(n + len(_BOX[0]) for n in face) for face in _WEDGE[1])]
 
 

@@ -2,6 +2,7 @@
 
 import struct
 from math import sqrt
+from pathlib import Path
 
 import pytest
 
@@ -164,7 +165,7 @@ def test_a_kind_of_brick_may_be_in_a_binary_file(format_: str) -> None:
     assert kind.mass_of(kind.form) == pytest.approx(600.0 * 0.4**3 / 24.0, rel=1e-6)
 
 
-def test_a_scenario_of_a_binary_file_is_checked_and_one_that_is_cut_is_told(stackdsl: Stackdsl, tmp_path) -> None:  # noqa: ANN001
+def test_a_scenario_of_a_binary_file_is_checked_and_one_that_is_cut_is_told(stackdsl: Stackdsl, tmp_path: Path) -> None:
     (tmp_path / "box.stl").write_bytes(binary_stl(SOLIDS["box"]))
     (tmp_path / "cut.stl").write_bytes(binary_stl(SOLIDS["box"])[:-7])
     text = "scenario: meshes\nbrick: {file: %s.stl, unit: m, density: 600 kg/m3}\nbuild: [column: {levels: 2}]\n"
