@@ -216,7 +216,7 @@ def test_a_link_that_is_no_brick_is_named_and_may_be_passed_over(added: str) -> 
         (
             'filename="block.obj"',
             'filename="package://x/block.stl"',
-            "the mesh 'package://x/block.stl' is not an OBJ file",
+            "the mesh 'package://x/block.stl' is not an OBJ, STL or PLY file",
         ),
         ('<child link="base"/>', '<child link="wedge"/>', "joint 'wedge-in-world' connects 'world' to 'wedge'"),
         ('<link name="base">', '<link name="wedge">', "two links have the name 'wedge'"),
