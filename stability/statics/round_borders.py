@@ -27,6 +27,27 @@ PEAKS = 3  # corners that one motion adds to an arc
 MOST_ROUNDS = 24
 
 
+SIDES = 128  # of the polygons inside round borders that margins use: their apothem is 0.03 % less than the radius
+FEWER_SIDES = 48  # the same, of problems with many round borders: 0.2 %
+MANY_BORDERS = 32
+
+
+def inscribed(problem: Problem) -> Problem:
+    """Return the problem with contacts within regular polygons inside their round borders.
+
+    Forces that balance it lie inside the true contacts, too, so what it bears is a lower bound.
+    """
+    many = sum(contact.patch is not None for contact in problem.contacts) > MANY_BORDERS
+    return replace(problem, contacts=[_inscribed(each, FEWER_SIDES if many else SIDES) for each in problem.contacts])
+
+
+def _inscribed(contact: Contact, sides: int) -> Contact:
+    if contact.patch is None:
+        return contact
+    angles = tuple(TURN * side / sides for side in range(sides))
+    return replace(contact.refined(contact.patch.refined((angles,) * len(contact.patch.discs))), patch=None)
+
+
 def refined(problem: Problem, tolerances: Tolerances) -> list[tuple[Contact, Contact]]:
     """Return the contacts that need new corners for the proof of a problem, each with its refinement."""
     first = list(problem.contacts)

@@ -1,6 +1,7 @@
-"""Reports what round bricks do not support: other systems than `exact`, joints, samples and margins."""
+"""Reports what round bricks do not support: other systems than `exact`, joints, samples and some margins."""
 
 from collections.abc import Iterator
+from typing import Final
 
 from stability.geometry.round_solid import RoundSolid
 from stackdsl.compiler.joints import SYSTEM, are_joined
@@ -9,9 +10,12 @@ from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.schema import Scenario
 from stackdsl.language.yaml.source import Source
 
+# The margins of round bricks: of balance alone, which forces within polygons inside round contacts prove.
+ROUND_MARGINS: Final = frozenset({"acceleration", "tilt", "friction", "load_factor"})
+
 
 def unsupported_round_bricks(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """Report systems, joints, samples and margins that round bricks do not have."""
+    """Report systems, joints, samples and margins that round bricks do not support."""
     first = next((brick for brick in built.bricks if isinstance(brick.written.shape, RoundSolid)), None)
     if first is None:
         return
@@ -26,7 +30,7 @@ def unsupported_round_bricks(built: ResolvedScenario, scenario: Scenario, source
         yield Diagnostic("SD212", source.span_of(first.written.path), message, "remove the joints, or use prisms")
     for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
-            if margins := sorted(claim.content.needed_margins):
+            if margins := sorted({*claim.content.needed_margins} - ROUND_MARGINS):
                 message = f"the margin `{margins[0]}` is not computed for round bricks"
                 span = source.key_span_of((key, number, claim.kind))
                 hint = "claim `verdict`, and vary a length, a load or the friction with `find`"

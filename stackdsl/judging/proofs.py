@@ -29,9 +29,11 @@ from stability.statics.assembly import Assembly
 from stability.statics.equilibrium import separating_motion
 from stability.statics.fall_description import described
 from stability.statics.initial_motion import find_start
+from stability.statics.round_borders import inscribed
 from stability.statics.tied_rest import ties_that_yield
 from stability.statics.used_strength import used_strength
 from stability.supports import SupportMotion
+from stackdsl.compiler.round_bricks import ROUND_MARGINS
 from stackdsl.timeline import (
     HandAction,
     JointsAction,
@@ -217,6 +219,7 @@ def piling_of(timeline: Timeline) -> Piling:
 
 
 ALL = ("acceleration", "tilt", "friction", "placement")
+MOST_ROUND_FOR_PROGRAMS = 12  # bricks, if some are round: polygons of many sides stand for their discs
 MOST_FOR_PROGRAMS = 60  # bricks; above, margins and remedies take many seconds and are computed only on request
 
 
@@ -267,7 +270,9 @@ def _of_rigid(
     on_stage: Callable[[str], None],
     supports: Sequence[SupportMotion],
 ) -> VerdictMargins:
-    problem, margins = assembly.problem(), VerdictMargins()
+    problem, margins = _with_polygons(assembly), VerdictMargins()
+    if problem.is_round:
+        requested = {*requested} & ROUND_MARGINS
     if "load_factor" in requested or ((problem.has_joints or problem.applied) and requested):
         on_stage("load factor")
         margins = _loaded(problem)
@@ -311,9 +316,14 @@ def _crushed(
 
 
 def _has_margins(assembly: Assembly) -> bool:
-    """Return whether margins are computed: inner polygons of round contacts would give lower bounds only."""
-    stands = bool(assembly.bricks) and assembly.verdict().stability is Stability.STABLE
-    return stands and not assembly.problem().is_round
+    """Return whether margins are computed."""
+    return bool(assembly.bricks) and assembly.verdict().stability is Stability.STABLE
+
+
+def _with_polygons(assembly: Assembly) -> Problem:
+    """Return the problem of an assembly, with polygons inside round borders that are close enough for margins."""
+    problem = assembly.problem()
+    return inscribed(problem) if problem.is_round else problem
 
 
 def _carried(problem: Problem, requested: Collection[str], on_stage: Callable[[str], None]) -> tuple[CarriedRange, ...]:
@@ -340,7 +350,7 @@ def weakest_of(assembly: Assembly) -> Weakest | None:
     """
     if not _has_margins(assembly) or assembly.problem().has_joints:
         return None
-    return weakest(assembly.problem(), assembly.gravity)
+    return weakest(_with_polygons(assembly), assembly.gravity)
 
 
 def _loaded(problem: Problem) -> VerdictMargins:

@@ -28,6 +28,7 @@ from stackdsl.judging.numbers import ScenarioNumbers
 from stackdsl.judging.proofs import (
     ALL,
     MOST_FOR_PROGRAMS,
+    MOST_ROUND_FOR_PROGRAMS,
     JudgedGroup,
     Proofs,
     fall_apart,
@@ -373,11 +374,11 @@ def _margins(proofs: Proofs, extent: Extent, margins: VerdictMargins | None) -> 
     count = len(proofs.assembly.bricks)
     if extent.margins is False:
         return
-    if extent.margins is None and count > MOST_FOR_PROGRAMS:
-        yield f"    margins of more than {MOST_FOR_PROGRAMS} bricks take long to compute; add --margins"
-        return
-    if proofs.assembly.problem().is_round:
-        yield "    margins are not computed for round bricks"
+    is_round = proofs.assembly.problem().is_round
+    most = MOST_ROUND_FOR_PROGRAMS if is_round else MOST_FOR_PROGRAMS
+    if extent.margins is None and count > most:
+        kind = "round bricks" if is_round else "bricks"
+        yield f"    margins of more than {most} {kind} take long to compute; add --margins"
         return
     margins = margins or margins_of_assembly(proofs.assembly, TOLD, extent.on_stage)
     if margins.used_strength is not None:

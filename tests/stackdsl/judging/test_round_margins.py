@@ -1,0 +1,113 @@
+"""Margins of round bricks: closed forms, which polygons inside round contacts come up to from below."""
+
+from collections.abc import Sequence
+from math import atan, cos, pi, sin, sqrt, tan
+
+import pytest
+
+from stability.contact_law import Coulomb
+from stability.geometry.box import Box
+from stability.geometry.round_solid import cylinder
+from stability.geometry.vectors import about
+from stability.loads import Load, Loads
+from stability.model import IDENTITY, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
+from stability.problem import Placed
+from stability.statics.assembly import Assembly
+from stackdsl.checking.cases import cases_of
+from stackdsl.judging.proofs import margins_of_assembly
+from stackdsl.language.yaml.source import parse
+from stackdsl.trace import VerdictMargins
+
+RADIUS, HEIGHT = 0.03, 0.1
+CAN, LOG = cylinder(RADIUS, HEIGHT), cylinder(0.05, 0.4)
+LYING: Quaternion = about((1.0, 0.0, 0.0), 0.5 * pi)  # its axis along y
+SHORT = 2e-3  # largest share by which a margin of round borders falls short of the closed form
+EXACT = 1e-5  # the same of straight ones
+
+
+def placed(name: str, shape: ConvexShape, at: Vec3, turn: Quaternion = IDENTITY) -> Placed:
+    return Placed(Brick(name, shape, 1.0), Pose(at, turn))
+
+
+def ground(friction: float, normal: Vec3 = (0.0, 0.0, 1.0), name: str = "ground") -> Plane:
+    return Plane(name, (0.0, 0.0, 0.0), normal, friction)
+
+
+def margins(bricks: Sequence[Placed], planes: Sequence[Plane], loads: Sequence[Load] = ()) -> VerdictMargins:
+    assembly = Assembly(planes=planes, friction=0.5, loads=Loads(tuple(loads)))
+    assembly.add_all(bricks)
+    return margins_of_assembly(assembly, ("acceleration", "tilt", "friction", "load_factor"))
+
+
+def short_of(found: float | None, closed_form: float, share: float) -> bool:
+    """Whether a margin is a lower bound of its closed form, up to a share of it."""
+    assert found is not None
+    return (1.0 - share) * closed_form <= found <= (1.0 + 1e-9) * closed_form
+
+
+@pytest.mark.parametrize("friction", [0.55, 0.65])
+def test_a_can_slides_or_tips_at_the_lesser_of_friction_and_its_diameter_over_its_height(friction: float) -> None:
+    found = margins([placed("can", CAN, (0.0, 0.0, 0.05))], [ground(friction)])
+    tips = 2.0 * RADIUS / HEIGHT
+    assert short_of(found.acceleration, min(friction, tips), SHORT if tips < friction else EXACT)
+    assert short_of(found.tilt, atan(min(friction, tips)), SHORT)
+    assert found.weakest is not None
+    assert found.weakest.gives_way == f"can {'tips over' if tips < friction else 'slides on'} ground"
+
+
+@pytest.mark.parametrize("bearing", [0.1])
+def test_two_cans_tip_over_the_rim_that_their_centre_is_nearest_to(bearing: float) -> None:
+    aside = 0.002
+    upper = placed("upper", CAN, (aside * cos(bearing), aside * sin(bearing), 1.5 * HEIGHT))
+    found = margins([placed("can", CAN, (0.0, 0.0, 0.5 * HEIGHT)), upper], [ground(2.0)])
+    assert short_of(found.acceleration, (RADIUS - 0.5 * aside) / HEIGHT, 4e-4)
+    assert found.bearing == pytest.approx(bearing, abs=0.06)
+
+
+def test_a_can_on_a_slope_needs_friction_of_the_tangent_of_its_angle() -> None:
+    angle = 0.3
+    normal, turn = (sin(angle), 0.0, cos(angle)), about((0.0, 1.0, 0.0), angle)
+    at = (0.05 * sin(angle), 0.0, 0.05 * cos(angle))
+    found = margins([placed("can", CAN, at, turn)], [ground(0.9, normal)])
+    assert found.friction == pytest.approx(tan(angle), rel=1e-6)
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.6])
+def test_a_log_in_a_wedge_rolls_over_a_side_or_slides_along_both(friction: float) -> None:
+    """Friction presses the log into the wedge as well: along it, the limit is f / sqrt(cos^2 - f^2 sin^2)."""
+    slope = pi / 6.0
+    sides = [ground(friction, (sign * sin(slope), 0.0, cos(slope)), f"side{sign}") for sign in (-1, 1)]
+    found = margins([placed("log", LOG, (0.0, 0.0, 0.05 / cos(slope)), LYING)], sides)
+    along = friction / sqrt(cos(slope) ** 2 - (friction * sin(slope)) ** 2)
+    assert short_of(found.acceleration, min(along, tan(slope)), EXACT)
+    assert found.friction == 0.0
+
+
+def test_a_push_on_a_can_may_grow_until_it_tips() -> None:
+    push, high = 0.5, 0.08
+    load = Load("can", (push * cos(1.0), push * sin(1.0), 0.0), (0.0, 0.0, high - 0.5 * HEIGHT))
+    found = margins([placed("can", CAN, (0.0, 0.0, 0.5 * HEIGHT))], [ground(0.9)], [load])
+    assert short_of(found.load_factor, 9.81 * RADIUS / (push * high), 4e-4)
+
+
+@pytest.mark.slow
+def test_a_box_on_two_lying_logs_between_blocks_has_the_margins_of_its_friction() -> None:
+    """Blocks that do not touch the plank hold the logs, so the plank slides on them or the whole on the ground."""
+    logs = [placed(f"l{sign}", LOG, (0.2 * sign, 0.0, 0.05), LYING) for sign in (-1, 1)]
+    blocks = [placed(f"k{x}", Box((0.1, 0.4, 0.08)), (0.1 * x, 0.0, 0.04)) for x in (-3, -1, 1, 3)]
+    plank = placed("plank", Box((0.6, 0.3, 0.02)), (0.0, 0.0, 0.11))
+    assembly = Assembly(planes=[ground(2.0)], friction=Coulomb(0.2).friction)
+    assembly.add_all([*logs, *blocks, plank])
+    found = margins_of_assembly(assembly, ("acceleration",))
+    assert short_of(found.acceleration, 0.2, EXACT)
+
+
+@pytest.mark.parametrize(("claim", "allowed"), [("acceleration: '>= 0.59 g'", True), ("placement: '>= 1 mm'", False)])
+def test_margins_of_balance_may_be_claimed_of_round_bricks_and_others_are_refused(claim: str, allowed: bool) -> None:
+    text = (
+        "scenario: can\nbrick: {cylinder: {diameter: 60 mm, height: 100 mm}, mass: 1 kg}\nfriction: 0.9\n"
+        f"build: [{{bricks: [{{on: ground}}]}}]\nexpect: [{{margin: {{{claim}}}}}]\n"
+    )
+    cases, mistakes = cases_of(parse(text, "can.yaml"))
+    assert bool(cases) is allowed
+    assert [mistake.code for mistake in mistakes] == ([] if allowed else ["SD212"])
