@@ -113,7 +113,7 @@ wheel: $(READY) ## build the wheel, and try it in an empty environment, outside 
 	tools/try_wheel.sh $(BIN)/python
 
 # Benchmarks of minutes, whose figures README and docs show beside those of make bench.
-MEASURED := four_stack statics find slopes fragility human_error card_houses_apart hits collapse slips limits thesis_against_exact slow_studies slant_towers capabilities modified readings outcomes survived joined studded mutated_files
+MEASURED := four_stack statics find slopes fragility human_error card_houses_apart hits collapse slips limits thesis_against_exact slow_studies slant_towers capabilities modified readings outcomes survived joined tied studded mutated_files
 
 figures: $(READY_DEV) ## measure what takes minutes, and write the figures of README and docs anew (half an hour)
 	for name in $(MEASURED); do $(BIN)/python -m benchmarks.$$name --write || exit; done

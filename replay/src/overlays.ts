@@ -115,6 +115,7 @@ export class Overlays {
     pen.lineJoin = pen.lineCap = "round";
     pen.font = `12px ${colourOf("--sans")}`;
     this.pulledOut(pen, sight, time);
+    this.ties(pen, sight, time);
     if (found && overlays.has("contacts")) this.patches(pen, sight, found, picked);
     if (overlays.has("joints")) this.joints(pen, sight, look);
     if (found && overlays.has("paths")) this.paths(pen, sight, found);
@@ -259,6 +260,24 @@ export class Overlays {
         pen.lineTo(...sight.at(this.centre(lower, through)));
         pen.lineWidth = Math.max(1, wide * Math.sqrt(share)) + (halo ? 2 : 0);
         pen.strokeStyle = colourOf(halo ? "--halo" : colourFor(share));
+        pen.stroke();
+      }
+    }
+  }
+
+  // Straps, bands and rods, as soon as all their bricks are placed.
+  private ties(pen: CanvasRenderingContext2D, sight: Sight, time: number): void {
+    for (const { bricks, points } of this.stage.run.told.ties) {
+      if (!bricks.every((brick) => this.stage.shows(brick, time))) continue;
+      for (const halo of [true, false]) {
+        pen.strokeStyle = colourOf(halo ? "--halo" : "--accent");
+        pen.lineWidth = halo ? 4.5 : 2.5;
+        pen.beginPath();
+        points.forEach((point, number) => {
+          const at = sight.at(new Vector3(...point));
+          if (number) pen.lineTo(...at);
+          else pen.moveTo(...at);
+        });
         pen.stroke();
       }
     }

@@ -114,4 +114,5 @@ export interface Payload {
   limit: Limit | null; // of bricks with joints; a live page does without
   strength: { bricks: number[]; used: number[]; crushes: number | null } | null; // share of their strength that bricks use in the last structure; a live page does without
   marks: Record<string, string[]> | null; // of a golden file: what differs from its run, by brick or what else it is of
+  ties: { bricks: number[]; points: [number, number, number][] }[]; // corners of each [m]; the first one again if it is closed
 }

@@ -18,6 +18,7 @@ from stability.geometry.round_solid import RoundSolid
 from stability.geometry.rows import Array, cross_rows
 from stability.geometry.vectors import rotate
 from stability.model import BodyId, Brick, ConvexShape, Plane, Pose
+from stability.ties import Tie
 from stability.work_limit import add_work
 from stackdsl.shown_text import visible
 from stackdsl.trace import EventKind
@@ -560,6 +561,7 @@ def load_arrows(proof: ShownProof, view: View, scale: ForceScale) -> list[Arrow]
     return [arrow for arrow in arrows if arrow.share > SMALLEST]
 
 
+TIE = 2.5  # [px] width of a tie
 THRUST = 2.5  # [px] width of a line of thrust
 HINGE = 4.0  # [px] radius of a hinge
 
@@ -574,6 +576,18 @@ def thrust_shapes(thrust: Thrust, view: View, paper: DrawingArea) -> Iterator[st
     for _, point in thrust.hinges:
         ((x, y),) = paper.place(view.on_paper(np.array([point]))).tolist()
         yield hinge_shape(x, y)
+
+
+def tie_shapes(ties: Iterable[Tie], view: View, paper: DrawingArea) -> Iterator[str]:
+    """Yield the courses of ties."""
+    for tie in ties:
+        corners = paper.place(view.on_paper(np.array(tie.course_W))).tolist()
+        path = "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in corners)
+        for colour, wide in ((token("halo"), TIE + 2.0), (token("accent"), TIE)):
+            yield (
+                f'<path class="tie" d="{path}" fill="none" stroke="{colour}" stroke-width="{wide:g}" '
+                'stroke-linejoin="round" stroke-linecap="round"/>'
+            )
 
 
 def hinge_shape(x: float, y: float) -> str:

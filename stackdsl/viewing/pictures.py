@@ -26,6 +26,7 @@ from stackdsl.viewing.drawing import (
     EDGE_ON,
     NO_FILL,
     NOTHING,
+    TIE,
     VIEWS,
     DrawingArea,
     ForceScale,
@@ -55,6 +56,7 @@ from stackdsl.viewing.drawing import (
     solids_at,
     states_at,
     thrust_shapes,
+    tie_shapes,
 )
 from stackdsl.viewing.run_view import RunView
 from stackdsl.viewing.studs import pitches
@@ -275,6 +277,7 @@ def _drawing(
     shapes = [f'<rect width="100%" height="100%" fill="{token("scene")}"/>']
     shapes += ground_shapes(run.timeline.world.planes, solids.values(), frame.view, area, grid)
     shapes += brick_shapes(faces, rim_of(run.recording.bricks, area.scale))
+    shapes += tie_shapes((tie for tie in run.timeline.world.ties if tie.around <= solids.keys()), frame.view, area)
     proof = proof_at(run, frame.time)
     arrows = [] if forces is None or proof is None else forces.arrows(proof, frame.view)
     shapes += arrow_shapes(arrows, area)
@@ -311,7 +314,9 @@ def _load_scale(run: RunView, frames: Sequence[Frame]) -> ForceScale | None:
 def _marks_in_legend(
     run: RunView, frames: Sequence[Frame], loads: ForceScale | None, scale: float
 ) -> Iterator[tuple[Sequence[str], float, str]]:
-    """Yield symbol, its width [px] and text of lines of thrust, hinges and loads."""
+    """Yield symbol, its width [px] and text of ties, lines of thrust, hinges and loads."""
+    if run.timeline.world.ties:
+        yield [f'<path d="M0 6H24" stroke="{token("accent")}" stroke-width="{TIE:g}"/>'], 24.0, "tie"
     shown = [frame for frame in frames if Overlay.THRUST in frame.overlays]
     thrusts = [proof.thrust for frame in shown if (proof := proof_at(run, frame.time)) is not None]
     if any(thrust.lines for thrust in thrusts):

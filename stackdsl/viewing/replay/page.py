@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from stability.analysis.weakest import Weakest
 from stability.model import BodyId, ConvexShape, Plane
+from stability.ties import Tie
 from stackdsl.checking.failure_cause import ARRIVALS
 from stackdsl.report.statics import weakest_json
 from stackdsl.simulation.recording import NUMBER, ORIENTATION, POSITION, TIME, Recording
@@ -142,7 +143,14 @@ def payload_of(run: RunView, hurried: bool = False) -> Json:
         "limit": None if hurried else _limit(run, numbers),
         "strength": None if hurried else _strength(run, numbers),
         "marks": run.marks,
+        "ties": [_tie(tie, numbers) for tie in run.timeline.world.ties],
     }
+
+
+def _tie(tie: Tie, numbers: Mapping[BodyId, int]) -> Json:
+    """Return the bricks of a tie, and its corners in order, the first one again if it is closed [m]."""
+    bricks = sorted(numbers[name] for name in tie.around)
+    return {"bricks": bricks, "points": [[_short(part) for part in point] for point in tie.course_W]}
 
 
 def _plane(plane: Plane) -> Json:

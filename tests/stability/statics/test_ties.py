@@ -6,9 +6,10 @@ from math import cos, inf, pi, sin
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.tied import contradictions, tied_case, verdict_on
 from stability.analysis.bearings import by_bearing
 from stability.analysis.load_factor import load_factor
 from stability.analysis.margins import least_friction
@@ -302,6 +303,7 @@ def test_a_tie_with_a_wrong_tension_is_refused(tension: float, strength: float, 
 # Invariances.
 
 
+@settings(max_examples=15)
 @given(st.floats(-pi, pi), st.booleans(), st.permutations(range(2)), st.sampled_from([0.97, 1.03]))
 def test_the_verdict_on_a_tied_arch_does_not_depend_on_turns_mirrors_names_and_order(
     turn: float, renamed: bool, order: list[int], share: float
@@ -319,9 +321,24 @@ def test_the_verdict_on_a_tied_arch_does_not_depend_on_turns_mirrors_names_and_o
     assert verdict([stones[i] for i in order], tie, ground=0.0) is (STABLE if share > 1.0 else UNSTABLE)
 
 
+@settings(max_examples=25)
 @given(st.floats(-pi, pi), st.floats(0.0, 100.0))
 def test_a_slack_strap_never_makes_a_stable_block_unstable(turn: float, push: float) -> None:
     load = Load("block", (push * cos(turn), push * sin(turn), 0.0), (0.0, 0.0, 0.1))
     if verdict([PALLET, BLOCK], loads=[load]) is STABLE:
         assert verdict([PALLET, BLOCK], strap(0.0), loads=[load]) is STABLE
         assert verdict([PALLET, BLOCK], strap(0.0, 500.0), loads=[load]) is STABLE
+
+
+# Linear programs that share no code with the statics.
+
+
+@pytest.mark.parametrize("seed", range(1000, 1020))
+def test_verdicts_on_random_tied_boxes_agree_with_linear_programs(seed: int) -> None:
+    case = tied_case(seed)
+    assert list(contradictions(case, verdict_on(case))) == []
+
+
+def test_the_programs_contradict_verdicts_on_boxes_whose_ties_are_left_out() -> None:
+    wrong = sum(any(contradictions(case, verdict_on(replace(case, loops=())))) for case in map(tied_case, range(12)))
+    assert wrong > 0
