@@ -7,7 +7,7 @@ from typing import Final
 
 from stability.geometry.placed_shape import distance_outside, in_place, reach_W
 from stability.geometry.round_solid import RoundSolid
-from stability.geometry.vectors import add, dot, rotate, scale
+from stability.geometry.vectors import add, dot, norm, rotate, scale, subtract
 from stability.model import Brick, Vec3
 from stability.problem import Placed
 from stability.ties import Cable, crosses, loop_around, pulls_of, straight_between
@@ -150,9 +150,8 @@ def _unknown(
             hint = "name the bricks, and add `anchors: [-500 mm, 500 mm]` to an upright tie that ends at the ground"
             yield Diagnostic("SD104", span, f"a tie goes around bricks, not around '{name}'", hint)
         elif not bodies.get(name) and not (name == ALL and tie.around):
-            hint = (
-                did_you_mean(name, sorted(bodies)) or "write the name of a brick, a step or a kind of brick, or `all`"
-            )
+            others = sorted(other for other, bricks in bodies.items() if bricks and other not in planes)
+            hint = did_you_mean(name, others) or "write the name of a brick, a step or a kind of brick, or `all`"
             yield Diagnostic("SD204", span, f"there is no brick, step or kind of brick '{name}' here", hint)
         elif tie.between and len(bodies[name]) > 1:
             message = f"'{name}' stands for {len(bodies[name])} bricks; a tie is `between` two single ones"
@@ -192,6 +191,11 @@ def _misplaced(  # noqa: PLR0913, PLR0917 -- a tie, and where it is written
         yield Diagnostic("SD207", span, message, hint)
         return
     normal, offset = _plane(tie, bricks)
+    for place, anchor in zip(tie.anchors or (), _anchors(tie, bricks, normal, offset), strict=True):
+        if all(norm(subtract(corner, anchor)) > OVERLAP for corner in cable.course_W):
+            message = f"the tie '{name}' cannot reach its anchor at {mm(place)}, which is below its bricks"
+            yield Diagnostic("SD207", source.span_of((*path, "anchors")), message, "write places beside the bricks")
+            return
     names = {placed.brick.id for placed in bricks}
     others = [brick for brick in built.bricks if brick.name not in names and brick.removed is None]
     for placed in _placed([each for each in others if not isinstance(each.written.shape, RoundSolid)]):

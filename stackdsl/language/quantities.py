@@ -128,7 +128,7 @@ UNITS: Final[Mapping[str, str]] = {
     # An angle has its own dimension here, so that `sin(0.5)` and `tilt: 50 %` are reported as mistakes.
     **{"rad": "[angle]", "deg": "3.14159265358979323846264338327950288 / 180 * rad"},
     **{"N": "kg * m / s**2", "mN": "0.001 * N", "J": "N * m", "g0": "9.80665 * m / s**2", "percent": "0.01"},
-    **{"kN": "1000 * N", "Pa": "N / m**2", "kPa": "1000 * Pa", "MPa": "1000000 * Pa"},
+    **{"kN": "1000 * N", "daN": "10 * N", "Pa": "N / m**2", "kPa": "1000 * Pa", "MPa": "1000000 * Pa"},
 }
 # Units that may also be names of variables; in expressions a unit follows a number.
 ALSO_VARIABLES: Final = frozenset({"h", "d"})
@@ -145,7 +145,7 @@ _IN_SI: Final[Mapping[str, Fraction]] = {
     "Hz": Fraction(1),
     **{"kg": Fraction(1), "g": Fraction(1, 1000)},
     **{"rad": Fraction(1), "deg": Fraction("3.14159265358979323846264338327950288") / 180},
-    **{"Pa": Fraction(1), "kPa": Fraction(1000), "MPa": Fraction(10**6), "kN": Fraction(1000)},
+    **{"Pa": Fraction(1), "kPa": Fraction(1000), "MPa": Fraction(10**6), "kN": Fraction(1000), "daN": Fraction(10)},
     **{
         "N": Fraction(1),
         "mN": Fraction(1, 1000),
@@ -210,7 +210,7 @@ ACCELERATION: Final = Dimension(
 # At higher speeds thin bricks pass through each other in the engines.
 SPEED: Final = Dimension("a speed", ("m/s", "cm/s", "mm/s"), "2 m/s", 0.0, 20.0, positive=True)
 IMPULSE: Final = Dimension("an impulse", ("N*s", "mN*s", "kg*m/s", "g*m/s"), "0.01 N*s", -1e6, 1e6)
-FORCE: Final = Dimension("a force", ("N", "kN", "mN", "kg*m/s2"), "2 N", 0.0, 1e9)
+FORCE: Final = Dimension("a force", ("N", "kN", "daN", "mN", "kg*m/s2"), "2 N", 0.0, 1e9)
 PRESSURE: Final = Dimension("a pressure", ("kPa", "Pa", "MPa", "N/m2", "kN/m2", "N/mm2", "kg/m/s2"), "1 kPa", -1e9, 1e9)
 MOMENT: Final = Dimension("a moment", ("N*m", "kN*m", "N*mm", "mN*m", "kg*m2/s2"), "5 N*m", -1e9, 1e9)
 UNIT_WEIGHT: Final = Dimension(

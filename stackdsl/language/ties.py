@@ -30,7 +30,7 @@ class Tie(ExactlyOneKey):
         | None
     ) = Field(None, description="names of bricks, steps or kinds of brick, or `all`: a loop around these bricks")
     between: tuple[Named, Named] | None = Field(
-        None, description="names of two bricks: a straight tie from one to other"
+        None, description="names of two bricks: a straight tie from one to the other"
     )
     name: t.BrickName | None = Field(None, description="name of the tie in reports; default: `tie` and its number")
     along: t.Angle | None = Field(

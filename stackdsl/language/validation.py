@@ -503,7 +503,7 @@ WORDS: Final = {
     "name": "id label",
     "joints": "joint bonds connections",
     "ties": "tie strap straps strapping wrap wraps bands band lashings lashing chains ropes rods tie_rods",
-    "around": "bricks wraps holds of all",
+    "around": "bricks strap wrap band lashing wraps holds of all",
     "along": "axis across direction plane",
     "bond": "glue mortar cement adhesive",
     "pull": "magnet magnets tape velcro force",

@@ -333,12 +333,12 @@ def test_a_slack_strap_never_makes_a_stable_block_unstable(turn: float, push: fl
 # Linear programs that share no code with the statics.
 
 
-@pytest.mark.parametrize("seed", range(1000, 1020))
+@pytest.mark.parametrize("seed", range(1000, 1012))
 def test_verdicts_on_random_tied_boxes_agree_with_linear_programs(seed: int) -> None:
     case = tied_case(seed)
     assert list(contradictions(case, verdict_on(case))) == []
 
 
 def test_the_programs_contradict_verdicts_on_boxes_whose_ties_are_left_out() -> None:
-    wrong = sum(any(contradictions(case, verdict_on(replace(case, loops=())))) for case in map(tied_case, range(12)))
+    wrong = sum(any(contradictions(case, verdict_on(replace(case, loops=())))) for case in map(tied_case, range(6)))
     assert wrong > 0

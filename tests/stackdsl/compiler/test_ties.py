@@ -49,6 +49,12 @@ def test_a_tie_holds_from_the_placement_of_its_last_brick_on() -> None:
     assert held.verdict().stability is Stability.STABLE
 
 
+def test_straps_are_labelled_in_decanewtons() -> None:
+    build = "- column: {levels: 2}"
+    (tie,) = timeline_of(build, f"{CARTON}\nties: [{{around: all, along: 0 deg, tension: 30 daN}}]").world.ties
+    assert (tie.tension, tie.strength) == (300.0, 300.0)
+
+
 def test_a_lashing_pulls_down_by_the_slope_of_its_ends() -> None:
     (tie,) = timeline_of(
         "- column: {levels: 1}", f"{CARTON}\nties: [{{around: all, along: 0 deg, anchors: [-1 m, 1 m], tension: 1 N}}]"
@@ -155,6 +161,7 @@ BOTH = "between: [pallet, cartons.L1.1]"
         ("{around: cartons, height: 200 mm, tension: 5 N}", "SD207", "pulls at 'cartons.L1.1' alone"),
         ("{around: all, along: 0 deg, offset: 1 m, tension: 5 N}", "SD207", "meets none of its bricks there"),
         ("{around: [cartons.L2.1, cartons.L4.1], height: 300 mm, tension: 5 N}", "SD207", "meets none"),
+        ("{around: all, along: 0 deg, anchors: [-0.1 m, 1 m], tension: 5 N}", "SD207", "cannot reach its anchor"),
         ("{wrap: all, tension: 5 N}", "SD101", "unknown key 'wrap'"),
     ],
 )  # fmt: skip
