@@ -33,7 +33,7 @@ from stability.statics.proof import (
     shortfalls_of,
     velocity_rows,
 )
-from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
+from stability.statics.wrench_matrix import WrenchMatrix, flattened, wrench_matrix
 
 ACCURACY = 1e-8  # requested of the solver, whose points are corrected and checked
 ROUNDING = 1e-12  # share of the fastest speed by which contacts open beyond what a proof requires
@@ -221,7 +221,7 @@ class SumBounds:
             inside = rows if share == 0.0 else rows + share * (self._central() - rows)
             forces = proven_forces(self.problem, self._system, inside, self._tolerances)
             if forces is not None:
-                return np.array([each for of in forces.of_contacts for point in of for each in point])
+                return flattened(forces)
         return None
 
     def _corrected(self, rows: Array) -> Array | None:

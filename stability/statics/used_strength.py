@@ -26,6 +26,7 @@ from stability.process_settings import one_thread
 from stability.statics.certificate import lies_on
 from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
 from stability.statics.equilibrium import proven_forces, separating_motion
+from stability.statics.load_factor import central_forces
 from stability.statics.proof import motion_plus, power, proof_cones, shortfalls
 from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
 from stability.strength import Strength, admit_strengths
@@ -39,6 +40,7 @@ EXACT = 1e-6  # a strength that is used up to this share more counts as not exce
 ALIKE = 1e-4  # share of the power of crushing by which bricks that give way alike may differ
 THIN = 1e-9  # share of an edge: a cut nearer to a corner changes nothing
 CORNERS_OF_A_FACE = 3
+INWARDS = (1e-8, 1e-6, 1e-5, 1e-4)  # shares of central forces, tried in turn, with which forces can be corrected
 ROUNDING = 1e-12  # share of the fastest speed by which contacts open beyond what a proof requires
 
 Triangle = tuple[Vec3, Vec3, Vec3]
@@ -149,7 +151,7 @@ def used_strength(
     for _ in range(MOST_ROUNDS):
         best, last = search.improved(best, cells)
         told = decide and (best.bears or (best.crushes and best.within(TOLD)))
-        if told or last is None or best.within(CLOSE):
+        if told or last is None or not cells or best.within(CLOSE):
             break
         lines = [*lines[1 - MOST_LINES :], last]
         cells = whole
@@ -220,7 +222,7 @@ class _Search:
         most_nearly = float(system.loads @ point.x[: len(system.loads)]) * most[: len(cells)]
         places = _normal_rows_of(system)[groups[0][: len(cells)]]
         rows[places] *= np.where(nearly > most_nearly, most_nearly / np.maximum(nearly, most_nearly), 1.0)
-        forces = proven_forces(at_centres, system, rows, self.tolerances)
+        forces = self._balanced(at_centres, system, rows)
         used = np.full(len(most), inf) if forces is None else _sums(at_centres, groups, forces, len(most)) / most
         enough, shares = float(used.max(initial=0.0)), dict[BodyId, float]()
         for name, part in zip([*(cell.brick for cell in cells), *self.stacks], used.tolist(), strict=True):
@@ -242,6 +244,19 @@ class _Search:
         most_power = (1.0 - ALIKE) * max(powers.values())
         first = min(name for name, taken in powers.items() if taken >= most_power)
         return UsedStrength(least, enough, crushing.motion, first, shares), crushing
+
+    def _balanced(self, problem: Problem, system: WrenchMatrix, rows: Array) -> Forces | None:
+        """Return forces near the given ones that are proven to balance the problem; None if none are found."""
+        forces = proven_forces(problem, system, rows, self.tolerances)
+        if forces is not None:
+            return forces
+        # Where friction takes all that it can, rounding errors are corrected only with some room within its limits.
+        central = central_forces(system, system.loads, min(ACCURACIES), clarabel_solve)
+        if isinstance(central, str):
+            return None
+        inside = (rows + share * (central - rows) for share in INWARDS)
+        found = (proven_forces(problem, system, each, self.tolerances) for each in inside)
+        return next((each for each in found if each is not None), None)
 
     def depths(self, cells: Sequence[_Cell], crushing: _Crushing) -> list[list[float]]:
         """Return the closing speed at each corner of each cell [m/s]; negative where the contact opens."""

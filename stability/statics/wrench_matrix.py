@@ -365,3 +365,8 @@ def grouped(shapes: Sequence[tuple[int, int]], forces: Array) -> tuple[ConeForce
     """Return forces by contact, point and normal."""
     each: Iterator[Vec3] = map(tuple, forces.tolist())
     return tuple(tuple(tuple(islice(each, normals)) for _ in range(points)) for points, normals in shapes)
+
+
+def flattened(forces: Forces) -> Array:
+    """Return (n, 3) forces by contact, point and normal as one array [N]."""
+    return np.array([each for of in forces.of_contacts for by_normal in of for each in by_normal]).reshape(-1, 3)

@@ -107,7 +107,8 @@ def _obstacle(case: Case, blocked: Blocked) -> Diagnostic:
         if not case.timeline.world.has_joints and not case.timeline.has_loads:
             first = next(iter(case.timeline.world.strengths))
             span = where_placed(first, case.scenario, case.source)
-            return Diagnostic("SD213", span, blocked.unplayed, "run it on `exact`, or remove `strength`")
+            hint = "change a length, a mass or a strength slightly, run it on `exact`, or remove `strength`"
+            return Diagnostic("SD213", span, blocked.unplayed, hint)
         key = "joints" if case.timeline.world.has_joints else "loads"
         span = case.source.key_span_of((key,))
         return Diagnostic("SD211", span, blocked.unplayed, f"run it on `exact`, or remove `{key}`")

@@ -335,7 +335,10 @@ def proven_lines(  # noqa: PLR0913, PLR0917 -- all parts of the text
     verdict, judged = proofs.verdict, sum(len(judged.bricks) for judged in proofs.judged)
     if verdict.stability is not Stability.STABLE:
         rest = "the engine simulates the rest" if verdict.crushing is None else NOT_MODELLED
-        rest = "tied bricks are not played" if timeline.world.ties else rest
+        if timeline.world.ties:
+            rest = "tied bricks are not played"
+        elif timeline.world.strengths and verdict.stability is Stability.UNDECIDED:
+            rest = "bricks that may crush are not played"
         yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; {rest}"
         yield from _fall(proofs, timeline, extent, numbers)
     elif judged < count:

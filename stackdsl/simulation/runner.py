@@ -250,15 +250,21 @@ class _Run:
         self.measures.acted(everything, extension.verdict() if extension is not None else None)
 
     def _require_rest(self, moment: Moment) -> None:
-        """Raise BlockedPlacementError if tied bricks have to be played, as they are not proven to stand."""
-        ties = self.timeline.world.ties
-        extension = self.islands.extension if ties and self.timeline.watched else None
+        """Raise BlockedPlacementError if bricks have to be played that are tied or may crush."""
+        ties, strengths = self.timeline.world.ties, self.timeline.world.strengths
+        extension = self.islands.extension if (ties or strengths) and self.timeline.watched else None
         verdict = extension.verdict() if extension is not None else None
         if verdict is None or verdict.stability is Stability.STABLE:
             return
         first, now = self.timeline.placements[0].brick.id, time_of(moment)
         judged = f"is {verdict.stability.upper()} at {now:g} s: {verdict.reason}"
-        unplayed = f"the tied structure {judged}; ties such as '{ties[0].name}' are judged at rest only, and not played"
+        if ties:
+            limited = f"ties such as '{ties[0].name}' are judged at rest only, and not played"
+            unplayed = f"the tied structure {judged}; {limited}"
+        elif verdict.stability is Stability.UNDECIDED:
+            unplayed = f"the structure {judged}; crushing is judged at rest only, and not played"
+        else:
+            return
         raise BlockedPlacementError(Blocked(first, now, first, 0.0, unplayed=unplayed))
 
     def _crushed(self) -> bool:

@@ -4,6 +4,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from math import cos, inf, pi, sin
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +12,10 @@ import pytest
 from stability.geometry.box import Box
 from stability.geometry.polygons import Point2
 from stability.model import BodyId, Brick, Plane, Pose
-from stability.problem import Placed, Stability, Stage
+from stability.problem import Forces, Placed, Stability, Stage
+from stability.statics import assembly as assembly_module
 from stability.statics.assembly import Assembly
+from stability.statics.proof import check_forces
 from stability.statics.structure import Structure
 from tests.paths import ROOT
 from tests.stability.statics.random_piles import FRICTION, pile_of
@@ -54,6 +57,22 @@ def test_every_plank_of_a_flush_four_stack_is_proven_by_its_load_core() -> None:
         assert (verdict.stability, verdict.stage) == (Stability.STABLE, Stage.LOAD_CORE)
     assert assembly.forces() is not None
     assert assembly.shares("L20.0") == pytest.approx({"L19.0": 0.5, "L19.1": 0.5})
+
+
+def test_forces_whose_small_errors_add_up_are_balanced_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    assembly = Assembly()
+    for placed in four_stack(4):
+        assembly.add(placed.brick, placed.pose)
+    total = assembly_module.total_forces
+
+    def slightly_wrong(*given: Any) -> Forces:  # noqa: ANN401 -- as they are
+        rows = [[tuple((1.0 + 1e-7) * part for part in force) for (force,) in of] for of in total(*given).of_contacts]
+        return Forces(tuple(tuple((force,) for force in of) for of in rows))  # type: ignore[arg-type,misc]
+
+    monkeypatch.setattr(assembly_module, "total_forces", slightly_wrong)
+    forces = assembly.forces()
+    assert forces is not None
+    assert check_forces(assembly.problem(), forces, assembly.tolerances).holds
 
 
 #  |w| |--p--|        w holds down s, from which p hangs out

@@ -65,6 +65,19 @@ def test_a_stack_crushes_beyond_the_number_of_cartons_that_the_lowest_one_bears(
     assert used.crushes is False or used.brick == "c0"
 
 
+@pytest.mark.parametrize("weight", [100.0, 150.0, 170.0])
+def test_a_lighter_column_beside_a_heavy_one_relieves_it_by_what_its_friction_can_take(weight: float) -> None:
+    #   Friction F on the side faces of the upper four light cartons, weight V, presses them onto the lowest one. They
+    #   are pushed outwards by F / mu <= mu (V + F), so F = mu^2 V / (1 - mu^2). The heavy column is the left one.
+    def column(name: str, own: float, x: float) -> list[Placed]:
+        return [box(f"{name}{i}", (0.3, 0.4, 0.25), own, (x, 0.0, 0.125 + 0.25 * i)) for i in range(5)]
+
+    problem = problem_of(*column("a", weight, 0.0), *column("b", 20.0, 0.3))
+    strengths = dict.fromkeys(problem.bricks, Strength(stack=600.0))
+    relief = 0.25 * 80.0 / 0.75
+    assert share(problem, strengths) == pytest.approx((4.0 * weight - relief) / 600.0, rel=CLOSE)
+
+
 def test_a_uniform_pressure_is_the_weight_over_the_area() -> None:
     strengths = {f"c{i}": Strength(pressure=WEAK) for i in range(6)}
     assert share(cartons(6), strengths) == pytest.approx(6 * 120.0 / (0.4 * 0.3) / WEAK, rel=CLOSE)

@@ -10,8 +10,10 @@ import pytest
 from stability import Assembly, Box, Brick, Placed, Pose, Stability, Strength
 from stability.joints import Bond, JointRule, Joints
 from stability.loads import Load, Loads
+from stability.statics.used_strength import UsedStrength
 from stackdsl.judging.judge import judge
 from stackdsl.judging.proofs import margins_of, proofs_of
+from stackdsl.simulation.brick_tracks import BlockedPlacementError
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.runner import play
 from stackdsl.studies.find_limit import LimitRequest, Want, find_in
@@ -255,3 +257,13 @@ def test_an_invalid_strength_of_an_assembly_is_refused() -> None:
     with pytest.raises(ValueError, match="the stack that 'a' bears is 0"):
         Assembly(strengths={"a": Strength(stack=0.0)})
     assert Strength().pressure == inf
+
+
+def test_bricks_of_which_it_is_not_proven_whether_they_crush_are_not_played(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stability.statics.used_strength.used_strength", lambda *_, **__: UsedStrength(0.9, inf, None))
+    with pytest.raises(BlockedPlacementError) as caught:
+        played(column(3), STACK)
+    assert caught.value.blocked.unplayed == (
+        "the structure is UNDECIDED at 0 s: it is proven neither that the bricks bear their loads nor that one "
+        "crushes; crushing is judged at rest only, and not played"
+    )
