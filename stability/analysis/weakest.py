@@ -84,7 +84,7 @@ def without_neighbours(problem: Problem, gravity: float | None = None) -> Apart 
     does. Faces that touch exactly, as in tables of nominal sizes, carry part of the weight of a neighbour by friction,
     which a small gap takes away.
     """
-    apart = _apart(problem)
+    apart = without_side_friction(problem)
     if apart is None:
         return None
     first = weakest(apart, gravity)
@@ -96,7 +96,7 @@ def fall_without_neighbours(problem: Problem) -> Apart | None:
     from stability.statics.equilibrium import falling_motion  # noqa: PLC0415 -- it brings numpy
     from stability.statics.mechanism import smallest_mechanism  # noqa: PLC0415 -- it brings numpy
 
-    apart = _apart(problem)
+    apart = without_side_friction(problem)
     if apart is None or not _is_upright(problem):
         return None
     motion = falling_motion(apart)
@@ -107,7 +107,7 @@ def _is_beside(problem: Problem, contact: Contact) -> bool:
     return contact.lower in problem.bricks and contact.upper in problem.bricks and not _carries(contact)
 
 
-def _apart(problem: Problem) -> Problem | None:
+def without_side_friction(problem: Problem) -> Problem | None:
     """Return the problem without friction between the side faces of bricks; None if it has none."""
     if not any(_is_beside(problem, contact) and contact.law.friction for contact in problem.contacts):
         return None

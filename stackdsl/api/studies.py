@@ -138,6 +138,12 @@ def _(found: CaseMargins) -> Display:
         joints=found.joints,
         load_factor=found.load_factor,
     )
+    if found.used_strength is not None:
+        told = f"{100.0 * found.used_strength:.4g} % of the strength of its bricks"
+        lines = [("needs", told)]
+        if found.crushes_apart:
+            lines.append(("apart", f"without friction between neighbours, {found.crushes_apart}"))
+        return Display(found.name, [*lines, *notes], f"\u2713 {found.verdict}", True)
     texts = [*margin_texts(known)] or ["any disturbance"]
     lines = [*zip(["survives", *[""] * (len(texts) - 1)], texts, strict=True)]
     lines += [("weakest", weakest_text(found.weakest).removeprefix("weakest: "))] if found.weakest else []

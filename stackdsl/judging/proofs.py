@@ -20,11 +20,12 @@ from stability.analysis.weakest import (
     weakest,
     weakest_at,
     without_neighbours,
+    without_side_friction,
 )
 from stability.dynamics.onset import as_it_begins
 from stability.model import BodyId
 from stability.notebook import Printed
-from stability.problem import Motion, Placed, Problem, Stability, Stage, Tolerances, Verdict
+from stability.problem import Crushing, Motion, Placed, Problem, Stability, Stage, Tolerances, Verdict
 from stability.statics.assembly import Assembly
 from stability.statics.equilibrium import separating_motion
 from stability.statics.fall_description import described
@@ -32,6 +33,7 @@ from stability.statics.initial_motion import find_start
 from stability.statics.round_borders import inscribed
 from stability.statics.tied_rest import ties_that_yield
 from stability.statics.used_strength import used_strength
+from stability.strength import Strength
 from stability.supports import SupportMotion
 from stackdsl.compiler.round_bricks import ROUND_MARGINS
 from stackdsl.timeline import (
@@ -312,7 +314,15 @@ def _crushed(
         return margins
     on_stage("used strength")
     strengths = {name: each for name, each in assembly.strengths.items() if name in assembly.bricks}
-    return replace(margins, used_strength=used_strength(problem, strengths, assembly.tolerances).enough)
+    found = used_strength(problem, strengths, assembly.tolerances)
+    return replace(margins, used_strength=found.enough, apart=_crushing_apart(problem, strengths, assembly.tolerances))
+
+
+def _crushing_apart(problem: Problem, strengths: Mapping[BodyId, Strength], tolerances: Tolerances) -> Apart | None:
+    """Return what crushes without friction between the side faces of bricks; None if nothing does."""
+    apart = without_side_friction(problem)
+    found = None if apart is None else used_strength(apart, strengths, tolerances, decide=True)
+    return Apart(None, Crushing(found.brick, found.least).text) if found is not None and found.crushes else None
 
 
 def _has_margins(assembly: Assembly) -> bool:

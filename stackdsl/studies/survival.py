@@ -11,7 +11,7 @@ from stability.statics.fall_description import fall_side
 from stackdsl.checking.cases import Case
 from stackdsl.judging.proofs import ALL, NO_MARGIN, RIGID, Proofs, Survival, margins_of_assembly, proofs_of, survival_of
 from stackdsl.studies.limit_search import SearchError
-from stackdsl.trace import VerdictMargins
+from stackdsl.trace import USED_STRENGTH, VerdictMargins
 from stackdsl.wording import side_text
 
 if TYPE_CHECKING:
@@ -32,13 +32,13 @@ def survive_in(
     `on_bearing` is called with the number of bearings that are finished.
     """
     proofs = proofs_of(case.timeline)
+    if proofs.assembly.strengths:
+        raise SearchError(RIGID)
     if unproven := _unproven(proofs):
         if not proofs.assembly.bricks:
             raise SearchError(unproven)
         judged = proofs.verdict.stability.upper()
         raise SearchError(f"{judged}: {unproven}; {NO_MARGIN}")
-    if proofs.assembly.strengths:
-        raise SearchError(RIGID)
     survival = survival_of(proofs.assembly, bearings, accuracy, on_bearing)
     if survival is None:
         raise SearchError("unknown: no contact forces were found that are far enough inside the friction cones")
@@ -63,6 +63,8 @@ class CaseMargins(Printed):
     notes: tuple[str, ...] = ()  # parts of the case that are not judged
     load_factor: float | None = None  # multiple of its own weight that it bears; only for bricks with joints
     yields: str = ""  # what gives way above that load factor
+    used_strength: float | None = None  # share of their strength that the bricks need; only where some have a strength
+    crushes_apart: str = ""  # what crushes without friction between neighbours
 
     def __repr__(self) -> str:
         """Return the text of `print` on one line, which pytest shows where an assertion fails."""
@@ -73,15 +75,16 @@ class CaseMargins(Printed):
 def margins_in(case: Case, name: str) -> CaseMargins:
     """Return the margins of a case called `name`, as `stackdsl explain` reports them."""
     proofs = proofs_of(case.timeline)
-    if proofs.assembly.strengths:
-        raise SearchError(RIGID)
-    unproven = _unproven(proofs)
-    found = VerdictMargins() if unproven else margins_of_assembly(proofs.assembly, ALL)
-    unaided = None if found.apart is None else found.apart.acceleration or 0.0
+    unproven, crushes = _unproven(proofs), bool(proofs.assembly.strengths)
+    wanted = {USED_STRENGTH} if crushes else ALL
+    found = VerdictMargins() if unproven else margins_of_assembly(proofs.assembly, wanted)
+    unaided = None if found.apart is None or crushes else found.apart.acceleration or 0.0
+    crushing = found.apart.gives_way if crushes and found.apart is not None else ""
     numbers = (found.acceleration, unaided, found.bearing, found.tilt, found.friction, found.placement)
     notes = () if unproven else _notes(case, proofs)
     verdict, beyond = proofs.verdict.stability.value, (found.load_factor, found.yields)
-    return CaseMargins(name, verdict, unproven, *numbers, found.weakest, found.joints, notes, *beyond)
+    strength = found.used_strength, crushing
+    return CaseMargins(name, verdict, unproven, *numbers, found.weakest, found.joints, notes, *beyond, *strength)
 
 
 def _unproven(proofs: Proofs) -> str:

@@ -15,13 +15,14 @@ from pathlib import Path
 from typing import Final
 
 from stability.analysis.load_bounds import loads_on
+from stability.analysis.weakest import without_side_friction
 from stability.contact_law import OtherLawError
 from stability.geometry.box import Box, OffCentreBox
 from stability.geometry.compound import parts_of
 from stability.geometry.placed_shape import corners_W, part_pose
 from stability.geometry.polygons import Point2, Polygon, convex_hull
 from stability.model import Vec3
-from stability.problem import Stability
+from stability.problem import Problem, Stability
 from stability.work_limit import TooMuchWorkError
 from stackdsl.checking.cases import Case
 from stackdsl.judging.proofs import proofs_of
@@ -206,6 +207,9 @@ def _figures(case: Case, load: _Load, margins: CaseMargins) -> Iterator[tuple[st
         )
     if margins.unaided is not None:
         yield "Without friction between neighbours", f"{limit_text(margins.unaided)} g"
+    if margins.used_strength is not None:
+        apart = f"; without friction between neighbours, {margins.crushes_apart}" if margins.crushes_apart else ""
+        yield "Strength", f"the cartons need {100.0 * margins.used_strength:.4g} % of their strength{apart}"
     if margins.verdict == PROVEN and (carried := _carries_most(case, [track.brick.id for track in tracks])):
         yield "Carries most", carried
     if (weakest := margins.weakest) is not None:
@@ -219,15 +223,24 @@ def _carries_most(case: Case, cartons: Sequence[str]) -> str:
     if not 1 < len(cartons) <= MOST_CARRIED:
         return ""
     assembly = proofs_of(case.timeline).assembly
+    problem, names = assembly.problem(), [name for name in cartons if name in assembly.bricks]
+    apart = without_side_friction(problem)
     try:
-        loads = loads_on(assembly.problem(), [name for name in cartons if name in assembly.bricks])
+        carried = _most_carried(problem, names, assembly.gravity)
+        alone = "" if apart is None or not carried else _most_carried(apart, names, assembly.gravity)
     except (OtherLawError, TooMuchWorkError):
         return ""
+    return f"{carried}; without friction between neighbours, {alone}" if alone else carried
+
+
+def _most_carried(problem: Problem, cartons: Sequence[str], gravity: float) -> str:
+    """Say which carton has the greatest proven load, and its mean pressure; empty if the cartons may not stand."""
+    loads = loads_on(problem, cartons)
     if not loads:
         return ""
     name, most = max(loads.items(), key=lambda each: each[1].greatest.force)
     pressure = "" if most.pressure is None else f", {max(most.pressure) / 1000.0:.3g} kPa on average"
-    return f"{name}: at most {most.greatest.force / assembly.gravity:.4g} kg{pressure}"
+    return f"{name}: at most {most.greatest.force / gravity:.4g} kg{pressure}"
 
 
 def _limits(result: VariantResult) -> str:

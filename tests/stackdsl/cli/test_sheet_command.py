@@ -73,3 +73,22 @@ def test_a_sheet_is_a_page(stackdsl: Stackdsl, tmp_path: Path) -> None:
     assert told.code == ExitCode.USAGE
     assert "must end in .html" in told.err
     assert stackdsl("sheet", "s.yaml", "-o", "s.html").code == ExitCode.OK  # a load without a pallet
+
+
+def test_a_sheet_of_cartons_with_a_strength_tells_how_much_of_it_they_need(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    strength = (
+        SCENARIO.partition("build:")[0]
+        + """\
+brick: {size: [400 mm, 300 mm, 250 mm], mass: 12 kg, strength: {stack: 60 kg}}
+build:
+  - column: {levels: 5}
+expect:
+  - stands: all
+"""
+    )
+    write(tmp_path, strength, "strong.yaml")
+    told = stackdsl("sheet", "strong.yaml", "-o", "strong.html")
+    assert told.code == ExitCode.OK
+    page = words((tmp_path / "strong.html").read_text("utf-8"))
+    assert "Strength the cartons need 80 % of their strength" in page  # 4 cartons of 12 kg on 60 kg
+    assert "Carries most L1.1: at most 48 kg" in page

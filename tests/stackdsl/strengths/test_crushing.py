@@ -11,6 +11,9 @@ from stability import Assembly, Box, Brick, Placed, Pose, Stability, Strength
 from stability.joints import Bond, JointRule, Joints
 from stability.loads import Load, Loads
 from stability.statics.used_strength import UsedStrength
+from stackdsl.api.studies import margins
+from stackdsl.checking.play_case import play_case
+from stackdsl.checking.results import judged
 from stackdsl.judging.judge import judge
 from stackdsl.judging.proofs import margins_of, proofs_of
 from stackdsl.simulation.brick_tracks import BlockedPlacementError
@@ -257,6 +260,34 @@ def test_an_invalid_strength_of_an_assembly_is_refused() -> None:
     with pytest.raises(ValueError, match="the stack that 'a' bears is 0"):
         Assembly(strengths={"a": Strength(stack=0.0)})
     assert Strength().pressure == inf
+
+
+#  |a5|b5|   Friction on the side faces of the light cartons b2 to b5 relieves a1 by mu^2 V / (1 - mu^2), with V their
+#   ...       weight: 8 kg / 3. Without it a1 carries 4 * 15.6 kg.
+#  |a1|b1|
+SIDE_BY_SIDE = "- bricks:\n" + "\n".join(
+    f"    - {{name: {name}{i}, brick: {kind}, at: [{x} mm, 0 mm, {125 + 250 * (i - 1)} mm]}}"
+    for i in range(1, 6)
+    for name, kind, x in (("a", "heavy", 150), ("b", "light", 450))
+)
+
+
+def kinds(stack: str) -> str:
+    size = "size: [300 mm, 400 mm, 250 mm]"
+    heavy, light = (f"{{{size}, mass: {mass}, strength: {{stack: {stack}}}}}" for mass in ("15.6 kg", "2 kg"))
+    return f"brick_types:\n  heavy: {heavy}\n  light: {light}\nfriction: 0.5"
+
+
+@pytest.mark.parametrize(("stack", "apart"), [("60 kg", "a1 crushes: it needs 104 % of its strength"), ("63 kg", "")])
+def test_what_bears_only_by_friction_between_neighbours_is_told(stack: str, apart: str) -> None:
+    cases, mistakes = compiled(scene(SIDE_BY_SIDE, f"{kinds(stack)}\nexpect: [stands: all]"))
+    assert mistakes == []
+    found = margins(cases[0])
+    assert found.used_strength == pytest.approx((4 * 15.6 - 8.0 / 3.0) / float(stack[:2]), rel=EXACT)
+    assert found.crushes_apart == apart
+    result = judged(cases[0], play_case(cases[0].timeline, "exact"))
+    assert result.passed
+    assert [apart in warning.message for warning in result.warnings] == [True] * bool(apart)
 
 
 def test_bricks_of_which_it_is_not_proven_whether_they_crush_are_not_played(monkeypatch: pytest.MonkeyPatch) -> None:
