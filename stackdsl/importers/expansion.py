@@ -24,6 +24,7 @@ from stackdsl.language.yaml.includes import Library, OutsideError, composed, fil
 from stackdsl.language.yaml.source import KeyPath, Loaded, PlaceBuilder, Plain, Source
 
 IMPORT: Final = "import"
+STRENGTH: Final = "strength"
 
 
 class _InvalidImportError(Exception):
@@ -91,7 +92,7 @@ def _expanded(source: Source, library: Library) -> Source:
             bricks.append(deck.written)
         for box in load.boxes:
             places.value_spans[*path, "bricks", len(bricks)] = replace(box.span, where=where)
-            bricks.append(written_box(box))
+            bricks.append(_with_strength(written_box(box), step[IMPORT]))
         steps[number] = {**others, "bricks": bricks}
     values = {**source.values, "build": steps}
     return replace(
@@ -103,6 +104,14 @@ def _expanded(source: Source, library: Library) -> Source:
         warnings=tuple(warnings),
         decks=decks,
     )
+
+
+def _with_strength(brick: dict[str, Plain], entry: Plain) -> dict[str, Plain]:
+    """Return an imported brick with the strength of the import."""
+    kind = brick["brick"]
+    if not isinstance(entry, dict) or STRENGTH not in entry or not isinstance(kind, dict):
+        return brick
+    return {**brick, "brick": {**kind, STRENGTH: entry[STRENGTH]}}
 
 
 def _imported(

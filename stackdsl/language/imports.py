@@ -12,6 +12,7 @@ from stackdsl.language import value_types as t
 from stackdsl.language.model_base import AtLeastOneKey, AuthorModel, Shorthand, default
 from stackdsl.language.pallets import AS_EUR, CLOSED, DECKS, EUR_HEIGHT, DeckSize, DeckSurface
 from stackdsl.language.quantities import EXTENT, InputError, exact_quantity, quantity_pattern, shown
+from stackdsl.language.strengths import BrickStrength
 from stackdsl.language.value_types import Reads, text_schema
 
 Format: TypeAlias = Literal[
@@ -41,6 +42,7 @@ OF_FORMATS: Final[Mapping[str, tuple[Format, ...]]] = {
     "up": ("obj", "stl", "ply"),
     "supports": ("compas",),
     "library": ("stablelego", "apex-mr"),
+    "strength": ("table", "pallet-sim", "bed-bpp", "compas", "obj", "stl", "ply"),
 }
 
 _ADVICE: Final = "write `as written`, `down`, or a largest gap such as `within 5 mm` or `closed within 5 mm`"
@@ -167,6 +169,9 @@ class Import(AuthorModel):
     )
     library: str | None = Field(
         None, description="file with the sizes and masses of the bricks of a StableLego or APEX-MR file, beside it"
+    )
+    strength: BrickStrength | None = Field(
+        None, description="strength of every imported brick against crushing; default: they never crush"
     )
     deck: DeckWords | None = Field(
         None, description="deck of the pallet, for the check of overhang; default: from the file"

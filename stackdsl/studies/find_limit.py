@@ -370,7 +370,13 @@ def find_in(
         trials, variable.start(whole), SearchTarget(request.want is not Want.LEAST, request.accuracy, within, guess)
     )
     _refuse_always_invalid(variable, trials)
-    return _found_limit(name, request, variable, result, trials)
+    found = _found_limit(name, request, variable, result, trials)
+    if found.end is End.NO_EFFECT and any(map(leaves_to_engine, case.timeline.as_set_down().actions)):
+        raise SearchError(
+            f"`{request.name}` changes nothing before the first action that needs an engine, and `find` judges no "
+            f"more; to run several values, write `matrix: {{{request.name}: [1, 2, 3]}}` with the values of interest"
+        )
+    return found
 
 
 def _refuse_always_invalid(variable: SearchVariable, trials: VerdictCache) -> None:

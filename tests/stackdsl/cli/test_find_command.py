@@ -96,7 +96,10 @@ def test_find_refuses_a_name_of_no_number_with_the_reason(stackdsl: Stackdsl, tm
 
 def test_nothing_is_asked_of_what_is_thrown(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, THROWN, "thrown.yaml")
-    assert "largest far: no effect on the structure" in stackdsl("find", "thrown.yaml", "--largest", "far").out
+    told = stackdsl("find", "thrown.yaml", "--largest", "far")
+    assert told.code == ExitCode.USAGE
+    assert "`far` changes nothing before the first action that needs an engine" in told.err
+    assert "`matrix: {far: [1, 2, 3]}`" in told.err
 
 
 @pytest.mark.parametrize(

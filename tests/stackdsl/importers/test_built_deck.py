@@ -18,6 +18,7 @@ from stackdsl.importers.built_deck import on_deck
 from stackdsl.importers.formats import read_load
 from stackdsl.importers.load import ImportedBox, ImportedLoad
 from stackdsl.importers.settling import settled
+from stackdsl.judging.proofs import proofs_of
 from stackdsl.language.imports import Import, parse_settle
 from tests.command_line import Stackdsl, write
 
@@ -217,3 +218,15 @@ def test_a_pallet_is_a_kind_of_brick() -> None:
     assert [round(each.pose.position_W[2], 4) for each in case.timeline.placements] == pytest.approx(
         [0.0872, 0.2312], abs=1e-4
     )
+
+
+@pytest.mark.parametrize(("stack", "stability"), [("21 kg", "stable"), ("19 kg", "unstable")])
+def test_imported_cartons_have_the_strength_of_the_import_and_the_deck_has_none(
+    stack: str, stability: str, tmp_path: Path
+) -> None:
+    rows = "a,600,400,300,12,0,0,0\nb,600,400,300,12,0,0,300\nc,600,400,300,8,0,0,600"  # 20 kg lie on a
+    steps = f"  - import: {{file: a.csv, point: corner, deck: {{size: EUR}}, strength: {{stack: {stack}}}}}"
+    steps = steps.replace("size: EUR", "size: EUR, surface: closed")
+    verdict = proofs_of(built(tmp_path, rows, steps).timeline).verdict
+    assert verdict.stability.value == stability
+    assert (verdict.crushing is not None and verdict.crushing.brick) == (stability == "unstable" and "a")
