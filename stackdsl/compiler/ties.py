@@ -21,13 +21,13 @@ from stackdsl.diagnostics import Diagnostic, did_you_mean
 from stackdsl.language.schema import Scenario
 from stackdsl.language.ties import ALL, Tie
 from stackdsl.language.yaml.source import KeyPath, Source
-from stackdsl.trace import is_load
+from stackdsl.trace import USED_STRENGTH, is_load
 from stackdsl.wording import mm
 
 SYSTEM: Final = "exact"  # the only system that judges ties
 NOT_MODELLED: Final = "ties are judged at rest only"
 MARGINS: Final = frozenset({"load_factor", "acceleration"})  # also of ties of unknown tension
-MARGINS_OF_KNOWN: Final = MARGINS | {"friction"}
+MARGINS_OF_KNOWN: Final = MARGINS | {"friction", USED_STRENGTH}
 UP: Vec3 = (0.0, 0.0, 1.0)
 
 

@@ -9,7 +9,7 @@ from stability.problem import Stability
 from stability.statics.assembly import Assembly
 from stability.ties import length_of
 from stackdsl.checking.play_case import play_case
-from stackdsl.judging.proofs import margins_of, proofs_of
+from stackdsl.judging.proofs import margins_of, margins_of_assembly, proofs_of
 from stackdsl.simulation.brick_tracks import BlockedPlacementError
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.runner import play
@@ -135,6 +135,15 @@ def test_more_is_judged_with_a_known_tension(rest: str) -> None:
     (mistake,) = mistakes_of(LOAD, f"{CARTON}\nties: [{loose}]\n{rest}")
     assert mistake.code == "SD214"
     assert "whose tension is not known" in mistake.message
+
+
+def test_a_strap_adds_twice_its_tension_to_the_load_that_crushes_a_carton() -> None:
+    weak = CARTON.replace("mass: 12 kg", "mass: 12 kg, strength: {stack: 60 kg}")
+    timeline = timeline_of("- column: {levels: 4}", f"{weak}\nties: [{{around: all, along: 0 deg, tension: 50 N}}]")
+    margins = margins_of_assembly(proofs_of(timeline).assembly, ["used_strength"])
+    assert margins.used_strength == pytest.approx((3 * 12.0 * G + 2 * 50.0) / (60.0 * G), rel=1e-6)
+    crushed = timeline_of("- column: {levels: 4}", f"{weak}\nties: [{{around: all, along: 0 deg, tension: 120 N}}]")
+    assert proofs_of(crushed).verdict.crushing is not None
 
 
 BOTH = "between: [pallet, cartons.L1.1]"
