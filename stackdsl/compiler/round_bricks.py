@@ -12,6 +12,8 @@ from stackdsl.language.yaml.source import Source
 
 # The margins of round bricks: of balance alone, which forces within polygons inside round contacts prove.
 ROUND_MARGINS: Final = frozenset({"acceleration", "tilt", "friction", "load_factor"})
+# The same, where no contact is on a curved side: a disc that is displaced still covers its polygon, drawn in as far.
+DISC_MARGINS: Final = ROUND_MARGINS | {"placement"}
 
 
 def unsupported_round_bricks(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
@@ -30,7 +32,7 @@ def unsupported_round_bricks(built: ResolvedScenario, scenario: Scenario, source
         yield Diagnostic("SD212", source.span_of(first.written.path), message, "remove the joints, or use prisms")
     for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
-            if margins := sorted({*claim.content.needed_margins} - ROUND_MARGINS):
+            if margins := sorted({*claim.content.needed_margins} - DISC_MARGINS):
                 message = f"the margin `{margins[0]}` is not computed for round bricks"
                 span = source.key_span_of((key, number, claim.kind))
                 hint = "claim `verdict`, and vary a length, a load or the friction with `find`"
