@@ -17,6 +17,7 @@ from stability.problem import ZERO, Contact, Motion, Problem, Tolerances, Wrench
 from stability.statics.conic_program import ConicProgram, clarabel_solve, quick_solve
 from stability.statics.equilibrium import proven_forces, proven_motion
 from stability.statics.proof import MotionCheck, ProofCones, check_forces, check_motion, proof_cones
+from stability.statics.round_borders import inscribed
 from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
 
 # Sliver contacts: faces that overlap by almost nothing. A margin must not depend on them.
@@ -193,9 +194,11 @@ def shaken(
 ) -> AcceleratedProblem | None:
     """Return a problem prepared for accelerations; None if it is not proven to stand.
 
-    Slivers are left out if the structure stands without them (`without_slivers`). Without `gravity` the weight of a
-    brick is the vertical part of its load. `accuracy` is requested of the solver.
+    Polygons inside round contacts stand for these: a motion must clear the whole contact, and the first polygons are
+    2 % short of it. Slivers are left out if the structure stands without them (`without_slivers`). Without `gravity`
+    the weight of a brick is the vertical part of its load. `accuracy` is requested of the solver.
     """
+    problem = inscribed(problem) if problem.is_round else problem
     sure = without_slivers(problem)
     case = _shaken(sure, gravity, tolerances, accuracy)
     return case if case is not None or sure is problem else _shaken(problem, gravity, tolerances, accuracy)

@@ -14,7 +14,7 @@ from stability.model import IDENTITY, Brick, ConvexShape, Plane, Pose, Quaternio
 from stability.problem import Placed
 from stability.statics.assembly import Assembly
 from stackdsl.checking.cases import cases_of
-from stackdsl.judging.proofs import margins_of_assembly
+from stackdsl.judging.proofs import margins_of_assembly, survival_of
 from stackdsl.language.yaml.source import parse
 from stackdsl.trace import VerdictMargins
 
@@ -53,6 +53,15 @@ def test_a_can_slides_or_tips_at_the_lesser_of_friction_and_its_diameter_over_it
     assert short_of(found.tilt, atan(min(friction, tips)), SHORT)
     assert found.weakest is not None
     assert found.weakest.gives_way == f"can {'tips over' if tips < friction else 'slides on'} ground"
+
+
+def test_a_can_survives_the_same_acceleration_along_every_bearing() -> None:
+    assembly = Assembly(planes=[ground(0.9)], friction=0.5)
+    assembly.add_all([placed("can", CAN, (0.0, 0.0, 0.5 * HEIGHT))])
+    found = survival_of(assembly, 5, 1e-3)
+    assert found is not None
+    for each in found.along:
+        assert short_of(each.survived, 2.0 * RADIUS / HEIGHT, SHORT)
 
 
 @pytest.mark.parametrize("bearing", [0.1])
