@@ -17,7 +17,7 @@ interface Solid {
 }
 
 // Faces with `rim`, from which the shader tells the distance to the nearest edge of the face [m]: min(z - |x|, w - |y|).
-// A rectangle has two triangles, any other face a fan about its middle.
+// A rectangle has two triangles, any other face a fan about its middle. Faces of a curved surface have no rims, and common normals.
 function solid(shape: Payload["shapes"][number]): Solid {
   const { points, normals, rims, triangles }: Solid = { points: [], normals: [], rims: [], triangles: [] };
   const corners = shape.corners.map((corner) => new Vector3(...corner));
@@ -26,14 +26,23 @@ function solid(shape: Payload["shapes"][number]): Solid {
     normals.push(...normal.toArray());
     return rims.push(...rim) / 4 - 1;
   };
-  for (const face of shape.faces) {
+  const curved = new Set(shape.curved);
+  const smooth = corners.map(() => new Vector3());
+  const across = (face: number[]): Vector3 => face.slice(1, -1).reduce((sum, corner, place) => sum.add(corners[corner].clone().sub(corners[face[0]]).cross(corners[face[place + 2]].clone().sub(corners[face[0]]))), new Vector3());
+  for (const number of curved) for (const corner of shape.faces[number]) smooth[corner].add(across(shape.faces[number]).normalize());
+  for (const [number, face] of shape.faces.entries()) {
+    if (curved.has(number)) {
+      const [first, ...others] = face.map((corner) => add(corners[corner], smooth[corner].clone().normalize(), [0, 0, 1e9, 1e9]));
+      others.slice(1).forEach((corner, place) => triangles.push(first, others[place], corner));
+      continue;
+    }
     const ring = face.map((corner) => corners[corner]);
     const middle = ring.reduce((sum, corner) => sum.add(corner), new Vector3()).divideScalar(ring.length);
     const normal = ring[0].clone().sub(middle).cross(ring[1].clone().sub(ring[0])).normalize();
-    const [along, across] = [ring[1].clone().sub(ring[0]), ring[2].clone().sub(ring[1])];
-    const [a, b] = [along.length() / 2, across.length() / 2];
+    const [along, aside] = [ring[1].clone().sub(ring[0]), ring[2].clone().sub(ring[1])];
+    const [a, b] = [along.length() / 2, aside.length() / 2];
     const far = ring.map((corner) => corner.distanceTo(middle));
-    if (ring.length === 4 && Math.abs(along.dot(across)) < 1e-9 * a * b && Math.max(...far) - Math.min(...far) < 1e-6 * far[0]) {
+    if (ring.length === 4 && Math.abs(along.dot(aside)) < 1e-9 * a * b && Math.max(...far) - Math.min(...far) < 1e-6 * far[0]) {
       const [first, second, third, fourth] = [[-a, -b], [a, -b], [a, b], [-a, b]].map(([x, y], place) => add(ring[place], normal, [x, y, a, b]));
       triangles.push(first, second, third, first, third, fourth);
       continue;

@@ -128,16 +128,29 @@ export class Overlays {
     this.names(pen, sight, look);
   }
 
-  // Only the edges of faces that look at the eye: those behind would be taken for parts of other bricks.
+  // Only the edges of faces that look at the eye: those behind would be taken for parts of other bricks. Of a curved surface, its outline.
   private edges(pen: CanvasRenderingContext2D, sight: Sight, brick: number, place: Matrix4, colour: string, width: number): void {
     const shape = this.stage.run.told.shapes[this.stage.run.told.bricks.shape[brick]];
     const corners = shape.corners.map((corner) => new Vector3(...corner).applyMatrix4(place));
     pen.strokeStyle = colourOf(colour);
     pen.lineWidth = width;
     pen.beginPath();
-    for (const face of shape.faces) {
+    const seen = shape.faces.filter((face) => {
       const [a, b, c] = face.map((corner) => corners[corner]);
-      if (b.clone().sub(a).cross(c.clone().sub(b)).dot(sight.toEye(a)) <= 0) continue;
+      return b.clone().sub(a).cross(c.clone().sub(b)).dot(sight.toEye(a)) > 0;
+    });
+    const curved = new Set(shape.curved?.map((face) => shape.faces[face]));
+    const inner = new Set(seen.filter((face) => curved.has(face)).flatMap((face) => face.map((corner, place) => `${face[(place + 1) % face.length]} ${corner}`)));
+    for (const face of seen) {
+      if (curved.has(face)) {
+        face.forEach((corner, place) => {
+          const next = face[(place + 1) % face.length];
+          if (inner.has(`${corner} ${next}`)) return;
+          pen.moveTo(...sight.at(corners[corner]));
+          pen.lineTo(...sight.at(corners[next]));
+        });
+        continue;
+      }
       face.forEach((corner, number) => (number ? pen.lineTo(...sight.at(corners[corner])) : pen.moveTo(...sight.at(corners[corner]))));
       pen.closePath();
     }

@@ -93,7 +93,7 @@ export interface Payload {
   told: Verdict;
   gravity: number; // [m/s2]
   planes: { name: string; point: [number, number, number]; normal: [number, number, number] }[];
-  shapes: { corners: [number, number, number][]; faces: number[][] }[];
+  shapes: { corners: [number, number, number][]; faces: number[][]; curved?: number[] }[]; // `curved`: faces that stand for parts of a curved surface
   bricks: {
     name: string[];
     shape: number[];

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stability.analysis.weakest import Weakest
+from stability.geometry.round_solid import RoundSolid
 from stability.model import BodyId, ConvexShape, Plane
 from stability.ties import Tie
 from stackdsl.checking.failure_cause import ARRIVALS
@@ -167,7 +168,10 @@ def _shape(shape: ConvexShape, pitch: float | None) -> Json:
         for side in range(count):
             after = (side + 1) % count
             faces.append((begin + side, begin + after, begin + count + after, begin + count + side))
-    return {"corners": [list(corner) for corner in corners], "faces": faces}
+    drawn: dict[str, Any] = {"corners": [list(corner) for corner in corners], "faces": faces}
+    if isinstance(shape, RoundSolid):
+        drawn["curved"] = [number for number, face in enumerate(shape.faces) if face not in shape.flat_faces]
+    return drawn
 
 
 def _bricks(run: RunView, placements: Sequence[Placement]) -> Json:
