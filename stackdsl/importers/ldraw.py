@@ -6,7 +6,7 @@ a brick is in the middle of its upper face, without studs, and its length is alo
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import isclose
 from pathlib import PurePosixPath
@@ -80,6 +80,7 @@ class _Parts:
     bricks: list[tuple[str, _Frame, Span]]  # kind and pose of each brick of the catalogue
     unknown: dict[str, Span]  # the first place of each part that the catalogue lacks
     read: int = 0
+    _uses: dict[str, int] = field(default_factory=dict)  # lines of each model, with those of all models in it
 
     def of(self, name: str, frame: _Frame, outer: tuple[str, ...]) -> None:
         """Find all parts of a model."""
@@ -92,8 +93,7 @@ class _Parts:
                 continue
             span = model.page.span(number, text.index(words[0]))
             if self.read > MOST_LINES or len(self.bricks) > MAX_BRICKS:
-                self.reading.wrong(span, f"the model has more than {MAX_BRICKS} parts", "import its parts one by one")
-                self.reading.end()
+                self._end_too_large(span)
             if words[0] == "1":
                 self._reference(words, frame, (*outer, name), span)
             elif words[0] in {"2", "3", "4", "5"}:
@@ -128,9 +128,28 @@ class _Parts:
             self.reading.wrong(span, f"models are nested more than {DEEPEST} deep", "simplify the model")
             self.reading.end()
         elif name in self.models or (part.suffix in {".ldr", ".mpd"} and self._open(name, words[-1].strip(), span)):
+            if self.read + self._lines_of(name, len(outer)) > MOST_LINES:
+                self._end_too_large(span)
             self.of(name, own, outer)
         elif name not in self.unknown and part.suffix not in {".ldr", ".mpd"}:
             self.unknown[name] = span
+
+    def _end_too_large(self, span: Span) -> None:
+        self.reading.wrong(span, f"the model has more than {MAX_BRICKS} parts", "import its parts one by one")
+        self.reading.end()
+
+    def _lines_of(self, name: str, depth: int) -> int:
+        """Return how many lines are read for one use of a model, at least: files of their own count once opened."""
+        if name not in self._uses:
+            self._uses[name] = 0  # in itself
+            model, total = self.models[name], 0
+            for number in model.lines:
+                words = model.page.lines[number].split()
+                inner = words[-1].replace("\\", "/").lower() if words[:1] == ["1"] else ""
+                nested = inner in self.models and depth < DEEPEST
+                total += 1 + (self._lines_of(inner, depth + 1) if nested else 0)
+            self._uses[name] = total
+        return self._uses[name]
 
     def report_unknown(self) -> None:
         """Report all parts that the catalogue lacks and that are not ignored, together."""

@@ -131,12 +131,13 @@ def test_a_rotation_that_is_written_with_few_digits_is_one_of_90_degrees() -> No
 
 
 def test_models_that_contain_themselves_or_grow_without_end_are_refused() -> None:
-    twice = "0 FILE {0}.ldr\n" + 2 * f"1 4 0 0 0 {UPRIGHT} {{1}}.ldr\n"
+    once = f"1 4 0 0 0 {UPRIGHT} {{1}}.ldr\n"
+    twice = "0 FILE {0}.ldr\n" + 2 * once
     loop = twice.format("a", "b") + twice.format("b", "A")
     assert {each.message for each in mistakes(loop)} == {"the model 'a.ldr' contains itself"}
     doubling = "".join(twice.format(level, level + 1) for level in range(30)) + "0 FILE 30.ldr\n"
     assert "more than 20000 parts" in mistakes(doubling)[0].message
-    deep = "".join(twice.replace("2 *", "").format(level, level + 1) for level in range(60))
+    deep = "".join(("0 FILE {0}.ldr\n" + once).format(level, level + 1) for level in range(60))
     assert any("nested more than 40 deep" in each.message for each in mistakes(deep))
 
 
