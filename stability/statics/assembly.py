@@ -813,7 +813,7 @@ class Assembly(AssemblyAnswers):
             if prover.structure.joints.are_brittle:  # `self.joints` would undo the change
                 verdict = self._judged_brittle(verdict, prover.structure)
             if self._strengths and verdict.stability is Stability.STABLE:
-                verdict = self._judged_strength(verdict, prover.structure)
+                verdict = self._judged_strength(verdict, prover)
         verdict_now = self._last_verdict[LAST] = replace(verdict, seconds=perf_counter() - started)
         if keep:
             prover.structure.journal.keep()
@@ -849,10 +849,11 @@ class Assembly(AssemblyAnswers):
             return ductile
         return Verdict(Stability.UNDECIDED, ductile.stage, BREAKS, tuple(_around_brittle(problem, structure)))
 
-    def _judged_strength(self, rigid: Verdict, structure: Structure) -> Verdict:
+    def _judged_strength(self, rigid: Verdict, prover: Prover) -> Verdict:
         """Return the verdict on bricks of limited strength that would stand if all were rigid."""
-        from stability.statics.used_strength import used_strength  # noqa: PLC0415 -- it brings scipy
+        from stability.statics.used_strength import bear, used_strength  # noqa: PLC0415 -- it brings scipy
 
+        structure = prover.structure
         strengths = {name: each for name, each in self._strengths.items() if name in structure.bricks}
         if not strengths:
             return rigid
@@ -860,6 +861,10 @@ class Assembly(AssemblyAnswers):
         problem = structure.problem(bricks, structure.contacts_of(bricks))
         if problem.has_joints or problem.is_round:
             return Verdict(Stability.UNDECIDED, rigid.stage, STRENGTH_NOT_JUDGED, tuple(sorted(strengths)))
+        if not problem.ties:
+            known = total_forces(structure, prover.ledger, list(problem.contacts))
+            if bear(problem, known, strengths, structure.tolerances):
+                return rigid
         used = used_strength(problem, strengths, structure.tolerances, decide=True)
         if used.bears:
             return rigid

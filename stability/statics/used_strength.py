@@ -19,7 +19,7 @@ import numpy as np
 from stability.contact_law import OtherLawError
 from stability.geometry.polygons import between
 from stability.geometry.rows import Array, Indices
-from stability.geometry.vectors import add, cross, norm, scale, subtract
+from stability.geometry.vectors import add, cross, dot, norm, scale, subtract
 from stability.model import BodyId, Vec3
 from stability.problem import Forces, Motion, Problem, Tolerances, admit_problem, rounded
 from stability.process_settings import one_thread
@@ -27,7 +27,7 @@ from stability.statics.certificate import lies_on
 from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
 from stability.statics.equilibrium import proven_forces, separating_motion
 from stability.statics.load_factor import central_forces
-from stability.statics.proof import motion_plus, power, proof_cones, shortfalls
+from stability.statics.proof import check_forces, motion_plus, power, proof_cones, shortfalls
 from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
 from stability.strength import Strength, admit_strengths
 
@@ -159,6 +159,20 @@ def used_strength(
             depths = search.depths(cells, line)
             cells = [part for cell, depth in zip(cells, depths, strict=True) for part in cell.cut(depth)]
     return best
+
+
+def bear(problem: Problem, forces: Forces, strengths: Mapping[BodyId, Strength], tolerances: Tolerances) -> bool:
+    """Return whether forces balance a problem and load no brick beyond its strength; False if pressures are bounded."""
+    if any(each.pressure < inf for each in strengths.values()):
+        return False
+    carried: dict[BodyId, float] = {}
+    for contact, of in zip(problem.contacts, forces.of_contacts, strict=True):
+        if lies_on(contact):
+            pressing = sum(dot(force, n) for point in of for force, n in zip(point, contact.normals_W, strict=True))
+            carried[contact.lower] = carried.get(contact.lower, 0.0) + pressing
+    if any(carried.get(name, 0.0) > each.stack for name, each in strengths.items()):
+        return False
+    return check_forces(problem, forces, rounded(problem, tolerances)).holds
 
 
 def _cells(problem: Problem, strengths: Mapping[BodyId, Strength]) -> Iterator[_Cell]:
