@@ -31,6 +31,7 @@ from stackdsl.cli.terminal import tell, write_data, write_wrapped
 from stackdsl.exits import ExitCode
 from stackdsl.report.study_table import Part, StudyTable, parts_table
 from stackdsl.user_files import write_user_file
+from stackdsl.viewing.svg import png_has_text
 
 PLOTS: Final = (".svg", ".png")
 NO_PNG: Final = "write a .svg file, which needs nothing, or try: pip install 'stackdsl[picture]'"
@@ -70,10 +71,18 @@ def refuse_several(plot: Path | None, cases: int) -> None:
         raise click.UsageError(f"--plot draws one case, but {cases} are selected; choose one with -k")
 
 
+def warn_of_missing_text(path: Path) -> None:
+    """Warn if a picture has no text, because no usual font is installed."""
+    if path.suffix.lower() != ".svg" and not png_has_text():
+        fonts = "no font such as DejaVu Sans or Liberation Sans is installed"
+        click.echo(f"warning: {path} has no text, since {fonts}; install one, or write a .svg file", err=True)
+
+
 def draw(drawn: Callable[[str], bytes], path: Path) -> None:
     """Write a plot in the format of its file name. Raises click.ClickException."""
     try:
         write_user_file(path, drawn(path.suffix))
+        warn_of_missing_text(path)
     except ModuleNotFoundError as error:
         raise click.ClickException(f"{path}: .png needs {error.name}, which is not installed; {NO_PNG}") from error
     except OSError as error:

@@ -13,7 +13,7 @@ from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
 from stackdsl.checking.selection import Selection
 from stackdsl.cli.command_help import ExplainedCommand
-from stackdsl.cli.one_file import refusing
+from stackdsl.cli.one_file import refusing, warn_of_missing_text
 from stackdsl.cli.options import (
     ON_KEYWORD,
     ON_SYSTEMS,
@@ -121,6 +121,7 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
             if moves:
                 frames = moving_frames(run, seen[0], RATE / slower, MOST_FRAMES, overlays)
                 write_file(output, _moving(run, seen[0], frames, output.suffix[1:]))
+                warn_of_missing_text(output)
                 return
             if count:
                 svg = picture(run, heading_of(run, seen[0]), strip(run, seen[0], count, overlays))
@@ -128,6 +129,7 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
                 at = run.trace.cost.simulated_time if time is None else time
                 svg = picture(run, heading_at(run, at), panels_at(seen, at, overlays))
             write_file(output, svg.encode() if output.suffix.lower() == ".svg" else png(svg))
+            warn_of_missing_text(output)
         if refused:
             context.exit(ExitCode.INVALID)
     except ModuleNotFoundError as error:

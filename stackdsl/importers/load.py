@@ -99,6 +99,7 @@ class LoadReading:
     skipped: dict[str, None] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)  # names in `ignored` that occurred in the file
     proposed: dict[str, Any] = field(default_factory=dict)  # values of `import` for properties that are left open
+    renamed: dict[str, str] = field(default_factory=dict)  # headers in the file of columns that `map` renames
     finest: Fraction | None = None  # unit of the last digit of all lengths so far [m]
     data: bytes = b""  # the whole file, of formats that may be binary
     read_file: Callable[[str], bytes] | None = None  # bytes of a file, by a path relative to this one; raises OSError

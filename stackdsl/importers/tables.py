@@ -29,7 +29,8 @@ from stackdsl.language.value_types import NAME
 LIKE: Final[Mapping[str, Sequence[str]]] = {
     "name": (
         *("id", "label", "box", "item", "carton", "sku", "no", "nr", "number", "key"),
-        *("nve", "sscc", "cartonno", "cartonnr", "itemno", "boxno", "karton", "kartonnr"),
+        *("nve", "sscc", "cartonno", "cartonnr", "cartonid", "cartonnumber", "itemno", "itemid", "boxno", "boxid"),
+        *("packageid", "parcelid", "caseid", "karton", "kartonnr", "colli", "collinr", "collo", "collonr", "kollinr"),
         *("artikel", "artikelnr", "packstück"),
     ),
     "length": ("l", "len", "dx", "sx", "lx", "sizex", "länge", "laenge"),
@@ -45,7 +46,7 @@ LIKE: Final[Mapping[str, Sequence[str]]] = {
 }
 LAYERS: Final = ("layer", "level", "tier", "lage", "ebene")  # numbers from the bottom, which are no heights
 GROSS: Final = ("gross", "brutto")  # the mass of a carton with its content and packaging
-UNIT: Final = re.compile(r"[\[(/].*|[_\s](?:mm|cm|m|in|g|kg|t|lb|deg)$", re.IGNORECASE)
+UNIT: Final = re.compile(r"[\[(/].*|[_\s](?:mm|cm|m|in|g|kg|t|lbs?|deg)$", re.IGNORECASE)
 _POSITION: Final = re.compile(r"pos(?:ition)?|[ck]oord(?:inate)?|cent(?:er|re)|corner")
 
 
@@ -176,6 +177,7 @@ def _mapped(reading: LoadReading, rows: Sequence[_Row], headers: Mapping[str, st
         else:
             unit = _unit_in(found)
             renamed[found] = f"{column} [{unit}]" if unit and column not in BARE else column
+            reading.renamed[renamed[found]] = found
     reading.end()
     kept = {
         header: renamed.get(header, header) for header in written if header not in reading.ignored or header in renamed
@@ -461,7 +463,7 @@ def _exact_column(header: str) -> str:
 
 def _unit_in(header: str) -> str:
     """Return the unit in a header; empty for none."""
-    match = re.search(r"\[(.*)\]|\((.*)\)|[/_\s](mm|cm|m|in|g|kg|t|lb|deg)$", header.strip())
+    match = re.search(r"\[(.*)\]|\((.*)\)|[/_\s](mm|cm|m|in|g|kg|t|lbs?|deg)$", header.strip())
     return next(filter(None, match.groups()), "").strip() if match else ""
 
 
@@ -581,7 +583,7 @@ def _header_span(reading: LoadReading, header: str, span: Span) -> Span:
     """Return the position of a header: in the first line of CSV, or as given in JSON, where every row has its own."""
     for number, line in enumerate(reading.page.lines):
         if line.strip():
-            start = line.find(header)
+            start = line.find(reading.renamed.get(header, header))
             return reading.page.span(number, start) if start >= 0 and line.lstrip()[0] not in "[{" else span
     return span
 

@@ -310,7 +310,12 @@ def xml_of(element: Element, attributes_of: Callable[[Element], Mapping[str, str
 
 
 IN_METRES: Final = {"mm": Fraction(1, 1000), "cm": Fraction(1, 100), "m": Fraction(1), "in": Fraction(254, 10_000)}
-IN_KILOGRAMS: Final = {"g": Fraction(1, 1000), "kg": Fraction(1), "t": Fraction(1000), "lb": Fraction("0.45359237")}
+IN_KILOGRAMS: Final = {
+    "g": Fraction(1, 1000),
+    "kg": Fraction(1),
+    "t": Fraction(1000),
+    **dict.fromkeys(("lb", "lbs"), Fraction("0.45359237")),
+}
 MOST_POWER: Final = 30  # of ten; larger than that of any size, position or mass
 
 

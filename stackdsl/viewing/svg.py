@@ -11,6 +11,11 @@ from stackdsl.viewing.style import token
 INK, FAINT, GRID, GROUND = token("ink"), token("ink-2"), token("line"), token("surface")
 BLUE, GREEN, RED = token("accent"), token("pass"), token("fail")
 FONT: Final = "system-ui, 'Segoe UI', 'Liberation Sans', Arial, sans-serif"
+# resvg takes `sans-serif` for Arial, and draws no text in fonts that are not installed.
+FONT_OF_PNG: Final = "{}, {}".format(
+    FONT.removesuffix(", sans-serif"),
+    "'Helvetica Neue', Helvetica, 'Noto Sans', Roboto, 'Open Sans', Ubuntu, Cantarell, 'DejaVu Sans', sans-serif",
+)
 
 
 Point: TypeAlias = tuple[float, float]  # [px]
@@ -61,7 +66,13 @@ def png(svg: str, zoom: float = 2.0) -> bytes:
     """Return a PNG with `zoom` pixels per SVG pixel along each side. Raises ModuleNotFoundError without resvg."""
     import resvg_py  # noqa: PLC0415 -- an extra
 
-    return bytes(resvg_py.svg_to_bytes(svg_string=svg, zoom=zoom))
+    return bytes(resvg_py.svg_to_bytes(svg_string=svg.replace(FONT, FONT_OF_PNG), zoom=zoom))
+
+
+@cache
+def png_has_text() -> bool:
+    """Return whether PNG files show text: whether a font of `FONT_OF_PNG` is installed."""
+    return png(svg_of(20, 20, [text_at(0, 15, "M", colour=INK)])) != png(svg_of(20, 20, []))
 
 
 def encoded(svg: str, suffix: str) -> bytes:

@@ -3,12 +3,16 @@
 import re
 import shutil
 from collections.abc import Iterator
+from contextlib import redirect_stderr
+from io import StringIO
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
 
+from stackdsl.cli.one_file import warn_of_missing_text
+from stackdsl.viewing import svg
 from stackdsl.viewing.svg import width_of
 from tests.command_line import GOOD, Stackdsl
 
@@ -198,6 +202,34 @@ def test_the_name_of_the_file_says_in_which_form_it_is(
     pytest.importorskip(library)
     assert stackdsl("picture", "soon.yaml", "-o", name).code == 0
     assert (falls / name).read_bytes().startswith(begins)
+
+
+def test_png_files_show_the_text_of_their_svg(falls: Path, stackdsl: Stackdsl) -> None:
+    pytest.importorskip("resvg_py")
+    image = pytest.importorskip("PIL.Image")
+    if not list(Path("/usr/share/fonts").rglob("DejaVuSans.ttf")):
+        pytest.skip("needs a font")
+    assert stackdsl("picture", "soon.yaml", "-o", "a.png").code == 0
+    assert stackdsl("picture", "soon.yaml", "-o", "a.svg").code == 0
+    title = re.search(r'<text x="([\d.]+)" y="([\d.]+)".*font-size="([\d.]+)"', (falls / "a.svg").read_text("utf-8"))
+    assert title is not None
+    x, y, size = (2 * float(part) for part in title.groups())  # a PNG has two pixels per unit of SVG
+    letters = image.open(falls / "a.png").convert("L").crop((int(x), int(y - size), int(x + 4 * size), int(y)))
+    darkest, lightest = letters.getextrema()
+    assert lightest - darkest > 100
+
+
+def test_a_png_without_its_fonts_has_no_text(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    pytest.importorskip("resvg_py")
+    monkeypatch.setattr(svg, "FONT_OF_PNG", "'No Such Font'")
+    svg.png_has_text.cache_clear()
+    try:
+        with redirect_stderr(StringIO()) as told:
+            warn_of_missing_text(tmp_path / "a.png")
+            warn_of_missing_text(tmp_path / "a.svg")
+    finally:
+        svg.png_has_text.cache_clear()
+    assert told.getvalue().count("has no text") == 1
 
 
 def test_of_several_cases_it_says_which_one_it_draws_and_how_to_choose_another(falls: Path, stackdsl: Stackdsl) -> None:

@@ -110,3 +110,33 @@ def test_json_says_with_true_and_false_whether_a_carton_is_rotated() -> None:
     sides = '"length [mm]": 400, "width [mm]": 300, "height [mm]": 200, "mass [kg]": 8, "x [mm]": 0, "y [mm]": 0'
     load = read(f'[{{{sides}, "z [mm]": 0, "rotated": true}}, {{{sides}, "z [mm]": 200, "rotated": false}}]')
     assert [tuple(float(1000 * side) for side in box.size) for box in load.boxes] == [(300, 400, 200), (400, 300, 200)]
+
+
+PACKED = "Line,Carton ID,SKU,L (in),W (in),H (in),Weight (lbs),X (in),Y (in),Z (in)\n1,C-1,A7,10,20,30,100,0,0,0\n"
+
+
+def test_pounds_are_read_in_the_plural_too() -> None:
+    sides = {"length": "L", "width": "W", "height": "H"}
+    (box,) = read(PACKED, map=sides, ignore=["Line", "Carton ID", "SKU"]).boxes
+    assert (float(box.mass), float(box.size[0])) == (45.359237, 0.254)
+    assert boxes(
+        read(PACKED.replace("Weight (lbs)", "Weight_lbs"), map=sides, ignore=["Line", "Carton ID", "SKU"])
+    ) == [(box.name, box.size, box.centre, box.mass)]
+
+
+@pytest.mark.parametrize("header", ["Carton ID", "Colli-Nr.", "Box ID", "Package ID", "Carton Number"])
+def test_numbers_of_cartons_are_proposed_as_names(header: str) -> None:
+    text = PACKED.replace("Carton ID", header)
+    with pytest.raises(UnreadableLoadError) as refused:
+        read(text)
+    assert refused.value.proposed["map"]["name"] == header
+    assert refused.value.proposed["ignore"] == ["Line", "SKU"]
+
+
+def test_an_unknown_unit_of_a_mapped_column_is_reported_at_its_header() -> None:
+    header, row = OTHER.replace(";G;", ";G [st];").splitlines()
+    with pytest.raises(UnreadableLoadError) as refused:
+        read(f"{header}\n{row}\n", map=MAP, units=UNITS)
+    (one,) = refused.value.diagnostics
+    assert "'st' is not a known unit of mass" in one.message
+    assert (one.span.line, one.span.column) == (1, 14)
