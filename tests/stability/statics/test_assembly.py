@@ -13,8 +13,8 @@ from stability.geometry.box import Box
 from stability.geometry.polygons import Point2
 from stability.model import BodyId, Brick, Plane, Pose
 from stability.problem import Forces, Placed, Stability, Stage
-from stability.statics import assembly as assembly_module
 from stability.statics.assembly import Assembly
+from stability.statics.certificate import total_forces
 from stability.statics.proof import check_forces
 from stability.statics.structure import Structure
 from tests.paths import ROOT
@@ -63,13 +63,14 @@ def test_forces_whose_small_errors_add_up_are_balanced_again(monkeypatch: pytest
     assembly = Assembly()
     for placed in four_stack(4):
         assembly.add(placed.brick, placed.pose)
-    total = assembly_module.total_forces
 
     def slightly_wrong(*given: Any) -> Forces:  # noqa: ANN401 -- as they are
-        rows = [[tuple((1.0 + 1e-7) * part for part in force) for (force,) in of] for of in total(*given).of_contacts]
-        return Forces(tuple(tuple((force,) for force in of) for of in rows))  # type: ignore[arg-type,misc]
+        rows = [
+            [tuple((1.0 + 1e-7) * part for part in force) for (force,) in of] for of in total_forces(*given).of_contacts
+        ]
+        return Forces(tuple(tuple((force,) for force in of) for of in rows))  # type: ignore[misc]
 
-    monkeypatch.setattr(assembly_module, "total_forces", slightly_wrong)
+    monkeypatch.setattr("stability.statics.assembly.total_forces", slightly_wrong)
     forces = assembly.forces()
     assert forces is not None
     assert check_forces(assembly.problem(), forces, assembly.tolerances).holds
