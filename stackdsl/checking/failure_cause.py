@@ -95,6 +95,9 @@ def _cause(trace: Trace, verdict: Verdict | None, woken: Event | None) -> str:
             cause = f": {'; '.join(event.reason for event in causes)}" if causes else ""
             return f"none of the bricks fell, and {displaced} of them shifted{cause}"
         standing = f"statics prove that it stands{touching_text(trace.statics.touching_within)}"
+        if stands and trace.moving:
+            moving = names_text(in_order(trace.moving), among=trace.tracks)
+            return f"still moving at the end: {moving}; at rest, {standing}"
         return standing if stands else trace.statics.reason
     if trace.numerical:
         return f"numerical, not physical: {trace.numerical}"

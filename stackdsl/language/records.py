@@ -186,7 +186,10 @@ def _csv(text: str, lines: Sequence[str], file: str) -> Record:
         raise _wrong(
             f"{file}:{filled[MOST_VALUES][0]}:1", f"the file has more than {MOST_VALUES} rows", "use a shorter record"
         )
-    rows = [_row(line, number, names, delimiter, file) for number, line in filled[1:]]
+    rows_text = filled[1:]
+    if delimiter != "," and _has_decimal_commas([line for _, line in rows_text], delimiter):
+        rows_text = [(number, line.replace(",", ".")) for number, line in rows_text]
+    rows = [_row(line, number, names, delimiter, file) for number, line in rows_text]
     if len(rows) < 2:  # noqa: PLR2004
         raise _wrong(f"{file}:{filled[-1][0]}:1", "the file has fewer than two rows of values", "export it again")
     _check_end(text, lines, file)
@@ -201,6 +204,14 @@ def _csv(text: str, lines: Sequence[str], file: str) -> Record:
     times = tuple(time for _, time in seconds)
     _check_times(times, [number for number, _ in filled[1:]], file)
     return Record(file, times, columns)
+
+
+def _has_decimal_commas(lines: Sequence[str], delimiter: str) -> bool:
+    """Return whether commas are those of decimals: no number has a point, and some comma cannot separate thousands."""
+    cells = [cell.strip() for line in lines for cell in line.split(delimiter)]
+    return not any("." in cell for cell in cells) and any(
+        "," in cell and not re.fullmatch(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+", cell) for cell in cells
+    )
 
 
 def _check_end(text: str, lines: Sequence[str], file: str) -> None:

@@ -37,7 +37,11 @@ def ending_text(found: FollowedMotion) -> str:
     if motion.ends:
         return f"followed to {holds}: {motion.ends}"
     if found.pushed is Pushed.LOADS:
-        first = motion.positions[0].factor
+        first, last = motion.positions[0].factor, motion.positions[-1].factor
+        if motion.falls == inf:
+            sliding = ", where it still slides" if motion.positions[-1].sliding else ""
+            later = f"{last:.5g} times at a displacement of {holds}{sliding}"
+            return f"bears {first:.5g} times its loads at first, and {later}"
         return f"bears {first:.5g} times its loads at first, and none of them at a displacement of {holds}"
     if motion.falls == inf:
         return f"stands when its supports have moved by {holds}"

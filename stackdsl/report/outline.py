@@ -129,7 +129,10 @@ def result_text(result: VariantResult) -> str:
             return f"{result.collapse.text}; {cause}" if cause else result.collapse.text
         where = f"collapses at {level_text(result.collapse.level, result.collapse.step)}"
         return f"{where}: {cause}" if cause else f"{where}, first {result.collapse.brick}"
-    return unchecked_text(result) if result.unchecked and result.fell else result.verdict
+    if result.unchecked and result.fell:
+        return unchecked_text(result)
+    failed = any(not outcome.passed for outcome in result.outcomes)
+    return f"{result.verdict}, but is still moving at the end" if result.moving and failed else result.verdict
 
 
 def _mistake(result: VariantResult) -> str:

@@ -3,6 +3,7 @@
 It is one HTML page without scripts, for a screen and for A4 paper.
 """
 
+import re
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -28,6 +29,7 @@ from stackdsl.checking.cases import Case
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.language.claims.claim_result import placed
 from stackdsl.language.claims.pallet_limits import centre_on_deck, in_deck_frame, overhangs
+from stackdsl.language.claims.protocol import SIDES
 from stackdsl.language.pallets import DECK_BRICK
 from stackdsl.results import RunStatus, VariantResult
 from stackdsl.studies.survival import CaseMargins
@@ -249,8 +251,8 @@ def _limits(result: VariantResult) -> str:
             "" if outcome.passed else ' class="failed"',
             (
                 outcome.name.replace("_", " "),
-                outcome.expected,
-                outcome.measured,
+                _permitted(outcome.expected),
+                _by_direction(outcome.measured) if outcome.name == "protocol" else outcome.measured,
                 "met" if outcome.passed else "NOT met",
             ),
         )
@@ -259,8 +261,24 @@ def _limits(result: VariantResult) -> str:
     if not rows:
         return "<p>The scenario has no claims, so nothing is limited.</p>"
     head = "".join(f"<th>{name}</th>" for name in ("limit", "permitted", "measured", "result"))
-    body = "".join(f"<tr{mark}>{''.join(f'<td>{escape(cell)}</td>' for cell in cells)}</tr>" for mark, cells in rows)
+    body = "".join(f"<tr{mark}>{''.join(f'<td>{_lines(cell)}</td>' for cell in cells)}</tr>" for mark, cells in rows)
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _permitted(expected: str) -> str:
+    """Return a limit without the key `is`, and with the number of bricks in place of many names."""
+    names = re.search(r"\bbricks (\S+(?: [^\s,]+){3,})", expected)
+    text = expected if names is None else expected.replace(names[0], f"for {len(names[1].split())} cartons")
+    return text.removeprefix("is ")
+
+
+def _by_direction(measured: str) -> str:
+    """Return the results of a protocol with one direction on each line."""
+    return re.sub(rf"[,;] (?=(?:{'|'.join(SIDES)}) )", "\n", measured)
+
+
+def _lines(text: str) -> str:
+    return escape(text).replace("\n", "<br>")
 
 
 def _layers(load: _Load) -> Iterator[str]:

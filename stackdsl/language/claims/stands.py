@@ -23,8 +23,8 @@ from stackdsl.language.claims.claim_result import (
 from stackdsl.language.model_base import Shorthand
 from stackdsl.language.quantities import InputError
 from stackdsl.language.tolerances import Tolerance
-from stackdsl.trace import USED_STRENGTH, BrickState, BrickTrack, Trace
-from stackdsl.wording import MILLIMETRES, level_text, mm
+from stackdsl.trace import USED_STRENGTH, BrickState, BrickTrack, EventKind, Trace
+from stackdsl.wording import MILLIMETRES, how_many, level_text, mm
 
 
 @claim("stands", "bricks are where they came to rest")
@@ -94,7 +94,8 @@ class Stands(Shorthand, ClaimKind):
         tracks = self._tracks(trace)
         result = self._missing(tracks, trace) or _stand(self._in_time(tracks, trace), dict(remaining(trace)))
         proven = result.passed and all(track.frozen for track in tracks)
-        return _with_margin_of_proof(result, trace) if proven else result
+        shaken = any(event.kind is EventKind.SHAKEN for event in trace.events)  # margins of proofs are those at rest
+        return _with_margin_of_proof(result, trace) if proven and not shaken else result
 
     def _tracks(self, trace: Trace) -> Sequence[BrickTrack]:
         """Return the bricks that the claim is about."""
@@ -136,10 +137,14 @@ def _stand(tracks: Sequence[BrickTrack], assembly: Iterable[BodyId]) -> ClaimRes
     fallen = [track.brick.id for track in tracks if track.state is BrickState.FALLEN]
     shifted = sum(track.state is BrickState.DISPLACED for track in tracks)
     which = f": {names_text(fallen, among=assembly)}" if len(fallen) < len(tracks) else ""
-    measured = f"{len(fallen)} of {len(tracks)} bricks fell{which}" if fallen else f"{len(tracks)} bricks stand"
+    measured = f"{len(fallen)} of {len(tracks)} bricks fell{which}" if fallen else _stand_text(len(tracks))
     measured += f", {shifted} of them displaced" if shifted and not fallen else ""
     margin, unit = min((margin_to_collapse(track) for track in tracks), default=(inf, ""))
     return ClaimResult(measured, margin, unit, passed=not fallen, moved=moved_text(tracks))
+
+
+def _stand_text(count: int) -> str:
+    return f"{how_many(count, 'brick')} {'stands' if count == 1 else 'stand'}"
 
 
 def _with_margin_of_proof(result: ClaimResult, trace: Trace) -> ClaimResult:

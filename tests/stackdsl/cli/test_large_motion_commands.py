@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from math import atan, degrees
 from pathlib import Path
 
@@ -22,6 +23,18 @@ build:
 """
 TILTED = PIER + "supports: [{under: pier, turn: 2 deg, about: 90 deg}]\n"
 SHAKEN = PIER + "loads: [{acceleration: 0.1 g, towards: 0 deg, all: true}]\n"
+
+
+def test_a_block_that_slides_is_not_said_to_bear_nothing(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, SHAKEN.replace("0.7", "0.2"), "pier.yaml")  # it slides at 0.2 g, twice its load, however far it is
+    first_line = stackdsl("pushover", "pier.yaml").out.splitlines()[0]
+    told = re.fullmatch(
+        r"pier: bears (\S+) times its loads at first, and (\S+) times at a displacement of \S+ mm, "
+        r"where it still slides",
+        first_line,
+    )
+    assert told is not None, first_line
+    assert [float(factor) for factor in told.groups()] == pytest.approx([2.0, 2.0], rel=2e-3)
 
 
 def test_settle_tells_the_tilt_at_which_a_pier_falls(stackdsl: Stackdsl, tmp_path: Path) -> None:

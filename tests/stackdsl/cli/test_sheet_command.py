@@ -5,6 +5,7 @@ from html import unescape
 from pathlib import Path
 
 from stackdsl.exits import ExitCode
+from stackdsl.viewing.packing_sheet import _by_direction, _permitted
 from tests.command_line import Stackdsl, write
 
 HEAD = "name,length_mm,width_mm,height_mm,mass_kg,x_mm,y_mm,z_mm"
@@ -92,3 +93,14 @@ expect:
     page = words((tmp_path / "strong.html").read_text("utf-8"))
     assert "Strength the cartons need 80 % of their strength" in page  # 4 cartons of 12 kg on 60 kg
     assert "Carries most L1.1: at most 48 kg" in page
+
+
+def test_limits_of_a_sheet_are_short_with_a_line_for_each_direction() -> None:
+    assert _permitted("is <= 60 kg, bricks K001 K002 K003 K004 K005") == "<= 60 kg, for 5 cartons"
+    assert _permitted("used_strength <= 90 %") == "used_strength <= 90 %"
+    directions = [
+        "forwards 0.8 g is not borne: up to 0.4 g, then a, b slide",
+        "to the left 0.5 g proven",
+        "backwards 0.5 g proven",
+    ]
+    assert _by_direction(", ".join(directions)).splitlines() == directions

@@ -39,7 +39,7 @@ def test_a_stands_claim_shows_its_friction_margin() -> None:
     outcome = stands("- column: {levels: 1}", "friction: 0.3\nworld: {tilt: 10 deg}")
     assert outcome.margin == pytest.approx(0.3 - tan(radians(10.0)), rel=1e-5)
     assert outcome.unit == "of friction"
-    assert outcome.measured == "1 bricks stand, also with friction reduced to 0.1763"
+    assert outcome.measured == "1 brick stands, also with friction reduced to 0.1763"
 
 
 def test_many_bricks_tell_how_far_they_may_shift_instead() -> None:
@@ -106,3 +106,10 @@ def test_bricks_that_fell_and_bricks_that_were_never_placed_are_counted_apart() 
         "the structure collapsed at level 10; 9 of 12 bricks fell, and 2 were never placed",
         "no margin: 9 of 12 bricks do not stand: L2.1 to L10.1 (9 bricks), and 2 were never placed",
     ]
+
+
+def test_a_shaken_brick_does_not_tell_margins_of_rest() -> None:
+    shake = "shake: {pulse: half-sine, acceleration: 0.01 g, for: 0.2 s}"
+    outcome = stands("- column: {levels: 1}", f"world: {{{shake}}}")
+    assert outcome.measured == "1 brick stands"
+    assert outcome.unit != "of friction"

@@ -60,6 +60,15 @@ def test_semicolons_tabs_comments_and_milliseconds_are_read() -> None:
         assert rows == pytest.approx([(0.0, 0.980665), (0.5, 1.96133)])
 
 
+def test_decimal_commas_are_read_between_semicolons_where_no_number_has_a_point() -> None:
+    text = "time [s];acceleration [g]\n0,00;-0,5\n0,01;1,250\n"
+    rows = read_record(text, "r.csv").rows("acceleration", ACCELERATIONS, "acceleration")
+    assert rows == pytest.approx([(0.0, -0.5 * STANDARD_GRAVITY), (0.01, 1.25 * STANDARD_GRAVITY)])
+    for unclear in (text.replace("-0,5", "-0.5"), "time [s];acceleration [g]\n0;1,250\n1;1,500\n"):
+        with pytest.raises(InputError, match="is not a number"):
+            read_record(unclear, "r.csv")
+
+
 def test_components_are_along_the_bearing_a_quarter_turn_further_and_up(tmp_path: Path) -> None:
     found = motion(tmp_path, {"r.csv": THREE}, "file: r.csv, bearing: 90 deg, scale: 2")
     assert found.motion.at(found.time + 1.0) == pytest.approx(
@@ -122,7 +131,7 @@ def test_a_vertical_component_alone_leaves_the_ground_level(tmp_path: Path) -> N
         ("time [s],acceleration [g]\n1,0\n1,1\n", "3:1", "all rows have the same time"),
         ("time [s],acceleration [g]\n-1,0\n1,1\n", "2:1", "the time is out of range"),
         ("time [s],acceleration [g]\n0,0\n1,x\n", "3:3", "'x' is not a number"),
-        ("time [s];acceleration [g]\n0;0\n1;1,5\n", "3:3", "'1,5' is not a number"),
+        ("time [s];acceleration [g]\n0.0;0\n1;1,5\n", "3:3", "'1,5' is not a number"),
         ("time [s],acceleration [g]\n0,0\n1,1e99\n", "3:3", "'1e99' is out of range"),
     ],
 )  # fmt: skip
