@@ -76,6 +76,7 @@ def imported(
     up: str | None = None,
     supports: str | None = None,
     library: str | None = None,
+    strength: Mapping[str, str] | None = None,
     deck: str | Mapping[str, object] | None = None,
     origin: Sequence[str] | None = None,
     ignore: Sequence[str] | None = None,
@@ -99,6 +100,7 @@ def imported(
     up: for an OBJ, STL or PLY file: the axis that points up
     supports: for a COMPAS file: `bricks` imports the fixed blocks as bricks
     library: for a StableLego or APEX-MR file: the file with the sizes and masses of its bricks
+    strength: strength of every brick of the file against crushing, such as {"stack": "60 kg"}
     deck: deck of the pallet; boxes that overhang it are reported, and with a `surface` it is built as a brick; default:
         that of the file
     origin: shift [x, y, z] of the load
@@ -106,6 +108,6 @@ def imported(
     """
     kept = {"file": file, "format": format, "load": load, "settle": settle}
     left_open = {"point": point, "units": units, "density": density, "up": up, "supports": supports, "library": library}
-    others = {"map": map_, "decimals": decimals, "deck": deck, "origin": origin, "ignore": ignore}
+    others = {"map": map_, "decimals": decimals, "strength": strength, "deck": deck, "origin": origin, "ignore": ignore}
     step = {"at": when, "after": after, "name": name, "every": every, "place": place, "jitter": jitter}
     return written({"import": written({**kept, **left_open, **others}), **step}, Part.LAYOUT)
