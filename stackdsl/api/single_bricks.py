@@ -71,6 +71,7 @@ def imported(
     point: str | None = None,
     map_: Mapping[str, str] | None = None,
     decimals: str | None = None,
+    encoding: str | None = None,
     units: Mapping[str, str] | None = None,
     density: str | None = None,
     up: str | None = None,
@@ -95,6 +96,7 @@ def imported(
     point: for a table: the point of a box that x, y, z refer to, `corner` (the lowest one) or `centre`
     map_: for a table: headers of columns that have other names, such as {"length": "L"}
     decimals: for a table: `point` or `comma`, where the numbers leave it open
+    encoding: for a table: `windows-1252`, in which spreadsheets write text files; default: `utf-8`
     units: units of columns whose headers have none, and of mesh and COMPAS files, which have none
     density: for a mesh or COMPAS file: density of all blocks
     up: for an OBJ, STL or PLY file: the axis that points up
@@ -108,6 +110,14 @@ def imported(
     """
     kept = {"file": file, "format": format, "load": load, "settle": settle}
     left_open = {"point": point, "units": units, "density": density, "up": up, "supports": supports, "library": library}
-    others = {"map": map_, "decimals": decimals, "strength": strength, "deck": deck, "origin": origin, "ignore": ignore}
+    others = {
+        "map": map_,
+        "decimals": decimals,
+        "encoding": encoding,
+        "strength": strength,
+        "deck": deck,
+        "origin": origin,
+        "ignore": ignore,
+    }
     step = {"at": when, "after": after, "name": name, "every": every, "place": place, "jitter": jitter}
     return written({"import": written({**kept, **left_open, **others}), **step}, Part.LAYOUT)

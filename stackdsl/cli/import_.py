@@ -97,6 +97,7 @@ _LENGTHS, _MASSES = (
     type=click.Choice(("point", "comma")),
     help="Sign of decimals in a table; the other separates thousands.",
 )
+@click.option("--encoding", type=click.Choice(("utf-8", "windows-1252")), help="Encoding of a table. Default: utf-8.")
 @click.option("--length", type=click.Choice(_LENGTHS), help="Unit of lengths, if FILE does not give one.")
 @click.option("--mass", type=click.Choice(_MASSES), help="Unit of masses in a table, if FILE does not give one.")
 @click.option("--density", help="Density of the solids in a mesh or COMPAS file, such as '2400 kg/m3'.")
@@ -135,6 +136,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     point: str | None,
     map_: tuple[str, ...],
     decimals: str | None,
+    encoding: str | None,
     length: str | None,
     mass: str | None,
     density: str | None,
@@ -154,7 +156,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     """Convert the boxes in FILE, written by another program, to a scenario, and print it."""
     of_load = {"format": format_, "load": load, "settle": settle, "point": point, "ignore": ignore, "origin": origin}
     of_file = {"length": length, "mass": mass, "density": density, "up": up, "supports": supports, "library": library}
-    of_table = {"map": _map(map_), "decimals": decimals}
+    of_table = {"map": _map(map_), "decimals": decimals, "encoding": encoding}
     on = _deck(size=deck, surface=surface, level=level, overhang=overhang)
     asked = _asked(file=str(file), deck=on, **of_load, **of_file, **of_table)
 
@@ -239,6 +241,7 @@ OPTIONS: Final = (
     "settle",
     "point",
     "decimals",
+    "encoding",
     "density",
     "up",
     "supports",

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import PurePath
 from typing import Final
 
@@ -28,6 +29,8 @@ from stackdsl.language.yaml.source import BOM, Plain, decoded
 BOM_BYTES: Final = BOM.encode()
 MAX_IMPORTED: Final = 16 << 20  # [bytes] of one file
 # Formats of files that are not read -> the format in which to save them.
+TABLES: Final = (".csv", ".tsv", ".txt")  # endings of tables
+WESTERN: Final = "windows-1252"  # in which spreadsheets of the West write them
 SAVED_AS: Final[Mapping[str, str]] = {
     **dict.fromkeys((".xlsx", ".xls", ".ods", ".numbers"), "CSV"),
     **dict.fromkeys((".off", ".dae", ".gltf", ".glb", ".fbx", ".3ds", ".blend"), "OBJ, STL or PLY"),
@@ -85,9 +88,9 @@ def read_load(data: bytes, file: str, options: Import, read_file: Callable[[str]
         raise UnreadableLoadError([mistake])
     data = data.removeprefix(BOM_BYTES)
     is_binary = is_binary_mesh(data, options.format or mesh_kind(file))
-    text = "" if is_binary else decoded(data, file)
+    text = "" if is_binary else decoded(data, file, options.encoding or "utf-8")
     if isinstance(text, Diagnostic):
-        raise UnreadableLoadError([text])
+        raise UnreadableLoadError([_with_encoding(text, data, options, suffix)])
     page = page_of(text, file)
     if (unreadable := next(unreadable_characters(page_of(text.replace("\t", " "), file)), None)) is not None:
         raise UnreadableLoadError([unreadable])
@@ -98,6 +101,14 @@ def read_load(data: bytes, file: str, options: Import, read_file: Callable[[str]
         reading.undetermined(page.span(0, 0), *conflict)
         reading.end()
     return shifted(READERS[format_](reading, options), options.origin)
+
+
+def _with_encoding(mistake: Diagnostic, data: bytes, options: Import, suffix: str) -> Diagnostic:
+    """Return why a file has no text, with the encoding to write if it can be a table of a spreadsheet."""
+    is_table = options.format == "table" or (options.format is None and suffix in TABLES)
+    if not is_table or options.encoding is not None or isinstance(decoded(data, "", WESTERN), Diagnostic):
+        return mistake
+    return replace(mistake, hint=f"{mistake.hint}, or write `encoding: {WESTERN}`")
 
 
 def _format_of(reading: LoadReading) -> Format:

@@ -13,6 +13,7 @@ from stackdsl.language.lego import PITCH, PLATE, PLATES
 from stackdsl.language.yaml.source import Plain
 
 Exact3: TypeAlias = tuple[Fraction, Fraction, Fraction]
+TOTALS: Final = "totals"  # in `ignore`: rows of a table without size and position
 BASE_PLATE: Final = "base plate"  # in `ignore`: bricks with studs stand on a ground without studs
 LEVEL: Final[Exact3] = (Fraction(0), Fraction(0), Fraction(0))
 
@@ -156,7 +157,7 @@ class LoadReading:
         """Return the load of these boxes. Raises UnreadableLoadError for any mistake, or without boxes."""
         self.end()
         start = self.page.span(0, 0)
-        for name in sorted(self.ignored - self.used - {BASE_PLATE}):
+        for name in sorted(self.ignored - self.used - {BASE_PLATE, TOTALS}):
             self.undetermined(
                 start, f"`ignore` lists '{name}', but the file does not contain it", "remove it from `ignore`"
             )

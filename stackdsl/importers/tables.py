@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Final
 
 from stackdsl.diagnostics import Span, did_you_mean, meant_choice
-from stackdsl.importers.load import Exact3, ImportedBox, ImportedLoad, LoadReading, digits
+from stackdsl.importers.load import TOTALS, Exact3, ImportedBox, ImportedLoad, LoadReading, digits
 from stackdsl.importers.text_positions import (
     IN_KILOGRAMS,
     IN_METRES,
@@ -349,7 +349,7 @@ def _text_in(row: _Row, header: str) -> str:
 
 
 def _only_boxes(reading: LoadReading, rows: Sequence[_Row]) -> Sequence[_Row]:
-    """Return the rows with a box; report each row that has neither a size nor a position, such as a row of totals."""
+    """Return the rows with a box; report each row that has neither a size nor a position, unless totals are ignored."""
     likely = _likely_headers(rows)
     headers = [likely[name] for name in (*SIDES, *PLACE) if name in likely]
     boxes: list[_Row] = []
@@ -357,9 +357,13 @@ def _only_boxes(reading: LoadReading, rows: Sequence[_Row]) -> Sequence[_Row]:
         if not headers or any(_text_in(row, header) for header in headers):
             boxes.append(row)
             continue
+        if TOTALS in reading.ignored:
+            reading.used.add(TOTALS)
+            continue
         word = next((cell.text.strip() for cell in row.cells.values() if re.search(r"[^\W\d]", cell.text)), "")
         total = f", as in a row of totals ('{word[:LONGEST_TOLD]}')" if word else ""
-        reading.wrong(row.span, f"the row has no size and no position{total}", "delete the row, or add the numbers")
+        message = f"the row has no size and no position{total}"
+        reading.wrong(row.span, message, f"delete the row, add the numbers, or write `ignore: ['{TOTALS}']`")
     return boxes
 
 

@@ -37,6 +37,7 @@ OF_FORMATS: Final[Mapping[str, tuple[Format, ...]]] = {
     "point": ("table",),
     "map_": ("table",),
     "decimals": ("table",),
+    "encoding": ("table",),
     "units": ("table", "compas", "obj", "stl", "ply"),
     "density": ("compas", "obj", "stl", "ply"),
     "up": ("obj", "stl", "ply"),
@@ -158,6 +159,9 @@ class Import(AuthorModel):
     )
     decimals: Literal["point", "comma"] | None = Field(
         None, description="sign of decimals in a table; the other one may separate thousands; default: from the numbers"
+    )
+    encoding: Literal["utf-8", "windows-1252"] | None = Field(
+        None, description="encoding of a table, such as that of a spreadsheet's CSV; default: utf-8"
     )
     units: DefaultUnits | None = Field(
         None, description="units of table columns without a unit in the header, or of a mesh or COMPAS file"

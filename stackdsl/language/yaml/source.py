@@ -191,7 +191,7 @@ ARCHIVE: Final = b"PK\x03\x04"  # how an archive begins, and so a workbook
 SAVE_AS_UTF_8: Final = "save the file as UTF-8"
 
 
-def decoded(data: bytes, file: str) -> str | Diagnostic:
+def decoded(data: bytes, file: str, encoding: str = "utf-8") -> str | Diagnostic:
     """Return the text of a file, or the reason why it has none."""
     start = Span(file, 1, 1, 1)
     if data.startswith(UTF_16):
@@ -200,12 +200,13 @@ def decoded(data: bytes, file: str) -> str | Diagnostic:
         hint = "choose the right file; save a workbook or an archive as text first, such as CSV"
         return Diagnostic("SD002", start, "the file is not a text file", hint)
     try:
-        return data.decode("utf-8")
+        return data.decode(encoding)
     except UnicodeDecodeError as error:
-        page = page_of(data.decode("utf-8", "replace").removeprefix(BOM), file)
-        before = page_of(data[: error.start].decode("utf-8", "replace").removeprefix(BOM), file).lines
+        page = page_of(data.decode(encoding, "replace").removeprefix(BOM), file)
+        before = page_of(data[: error.start].decode(encoding, "replace").removeprefix(BOM), file).lines
         span = page.span(len(before) - 1, len(before[-1]))
-        return Diagnostic("SD002", span, f"the byte 0x{data[error.start]:02x} is not UTF-8", SAVE_AS_UTF_8)
+        name = "UTF-8" if encoding == "utf-8" else encoding
+        return Diagnostic("SD002", span, f"the byte 0x{data[error.start]:02x} is not {name}", SAVE_AS_UTF_8)
 
 
 def _read(page: Page) -> Loaded:

@@ -143,6 +143,23 @@ def test_a_german_table_has_all_its_questions_asked_at_once(stackdsl: Stackdsl, 
     assert "at: [300 mm, 200 mm, 457.5 mm], brick: {size: [600 mm, 400 mm, 305 mm], mass: 12.5 kg}" in printed.out
 
 
+def test_an_export_in_windows_1252_with_a_row_of_totals_is_read_as_it_is(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    (tmp_path / "load.csv").write_bytes(EXCEL.removeprefix("\ufeff").encode("windows-1252"))
+    refused = stackdsl("import", "load.csv")
+    assert refused.code == ExitCode.INVALID
+    assert "load.csv:1:13: SD002 the byte 0xe4 is not UTF-8" in refused.err
+    assert "or write --encoding windows-1252" in refused.err
+    options = ["--encoding", "windows-1252"]
+    asked = stackdsl("import", "load.csv", *options)
+    assert "or write --ignore totals" in asked.err
+    asked = stackdsl("import", "load.csv", *options, "--ignore", "totals")
+    printed = stackdsl(*shlex.split(asked.err.splitlines()[-1])[1:])
+    assert printed.code == ExitCode.OK
+    assert printed.out.count("mass: 12.5 kg") == 2
+    (tmp_path / "load.csv").write_bytes(b"\x81")
+    assert "the byte 0x81 is not windows-1252" in stackdsl("import", "load.csv", *options).err
+
+
 def test_a_table_in_inches_may_give_units_in_a_row(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, "name,length,width,height,mass,x,y,z\n,in,in,in,lb,in,in,in\na,20,15,12,10,10,7.5,6\n", "load.csv")
     asked = stackdsl("import", "load.csv")
