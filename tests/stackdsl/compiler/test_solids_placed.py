@@ -185,7 +185,7 @@ def test_a_file_of_a_solid_that_is_not_convex_is_one_brick_of_convex_parts(tmp_p
         ("{file: nowhere.obj, unit: cm, mass: 1 g}", "SD113", "does not exist"),
         ("{file: ../cube.obj, unit: cm, mass: 1 g}", "SD113", "is outside the project"),
         ("{file: /etc/passwd, unit: cm, mass: 1 g}", "SD113", "is an absolute path"),
-        ("{file: cube.obj, mass: 1 g}", "SD102", "`unit`, the unit of length in the OBJ file, is missing"),
+        ("{file: cube.obj, mass: 1 g}", "SD102", "`unit`, the unit of length in the mesh file, is missing"),
         ("{size: [1 cm, 1 cm, 1 cm], unit: cm, mass: 1 g}", "SD108", "`unit` applies only to"),
         (
             "{size: [1 cm, 1 cm, 1 cm], file: cube.obj, unit: cm, mass: 1 g}",
