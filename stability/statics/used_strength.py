@@ -264,7 +264,7 @@ class _Search:
         forces = proven_forces(problem, system, rows, self.tolerances)
         if forces is not None:
             return forces
-        # Where friction takes all that it can, rounding errors are corrected only with some room within its limits.
+        # Forces on the borders of their cones leave no room for corrections, so forces slightly within are tried.
         central = central_forces(system, system.loads, min(ACCURACIES), clarabel_solve)
         if isinstance(central, str):
             return None

@@ -182,7 +182,7 @@ def _stl(data: bytes) -> list[Surface]:
     return [surface]
 
 
-# What may follow each line of a text file.
+# The keywords that are permitted after a line of a text file, by its keyword.
 _NEXT: Final = {
     "solid": ("facet", "endsolid"),
     "facet": ("outer",),

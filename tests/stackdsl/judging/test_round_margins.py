@@ -40,7 +40,7 @@ def margins(bricks: Sequence[Placed], planes: Sequence[Plane], loads: Sequence[L
 
 
 def short_of(found: float | None, closed_form: float, share: float) -> bool:
-    """Whether a margin is a lower bound of its closed form, up to a share of it."""
+    """Return whether a margin is at most its closed form, and less by a share of it at most."""
     assert found is not None
     return (1.0 - share) * closed_form <= found <= (1.0 + 1e-9) * closed_form
 

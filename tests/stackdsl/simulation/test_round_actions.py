@@ -40,7 +40,7 @@ def pulse(acceleration: float, duration: float, bearing: float = 0.0) -> str:
 
 
 def way(trace: Trace, bearing: float = 0.0, name: str = "it") -> float:
-    """How far a brick ends along a bearing [deg] from where it was placed [m]."""
+    """Return the displacement of a brick along a bearing [deg] from its place to its end [m]."""
     (x, y, _), (start_x, start_y, _) = (trace.tracks[name].final.position_W, trace.tracks[name].placed.position_W)
     return (x - start_x) * cos(bearing * pi / 180.0) + (y - start_y) * sin(bearing * pi / 180.0)
 
