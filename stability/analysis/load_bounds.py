@@ -22,7 +22,7 @@ from stability.problem import Contact, Motion, Problem, Tolerances, admit_proble
 from stability.process_settings import one_thread
 from stability.statics.certificate import lies_on
 from stability.statics.conic_program import OffsetSeries, SolverPoint, clarabel_solve, solve
-from stability.statics.equilibrium import factorized_correction, proven_forces, separating_motion
+from stability.statics.equilibrium import INWARDS, factorized_correction, proven_inside, separating_motion
 from stability.statics.load_factor import central_forces, least_forces
 from stability.statics.proof import (
     ProofCones,
@@ -33,12 +33,11 @@ from stability.statics.proof import (
     shortfalls_of,
     velocity_rows,
 )
-from stability.statics.wrench_matrix import WrenchMatrix, flattened, wrench_matrix
+from stability.statics.wrench_matrix import WrenchMatrix, flattened, motion_of, wrench_matrix
 
 ACCURACY = 1e-8  # requested of the solver, whose points are corrected and checked
 ROUNDING = 1e-12  # share of the fastest speed by which contacts open beyond what a proof requires
 CORRECTIONS = 2  # of forces by the same factorization
-INWARDS = (0.0, 1e-8, 1e-6, 1e-4)  # shares of central forces, tried in turn, with which forces can be corrected
 CORNERS_OF_A_FACE = 3
 
 
@@ -203,7 +202,7 @@ class SumBounds:
         if velocity is None or self._cones is None:
             return Bound(inf, None, reached, forces_W)
         force = greatest_pressed(self._cones, self._loads, weights, velocity)
-        return Bound(force, _motion(system.names, velocity), reached, forces_W)
+        return Bound(force, motion_of(system.names, velocity[:-1]), reached, forces_W)
 
     def _solved(self, cost: Array) -> SolverPoint | str:
         """Return the forces of least cost and their motion; without bounded forces, as the dual of the motion."""
@@ -213,16 +212,12 @@ class SumBounds:
 
     def _balanced(self, rows: Array) -> Array | None:
         """Return (n, 3) forces near the given ones that are proven to balance the problem [N]."""
-        for share in INWARDS[1:]:
+        for share in INWARDS:
             forces_W = self._corrected(rows + share * (self._central() - rows))
             if forces_W is not None:
                 return forces_W
-        for share in INWARDS:
-            inside = rows if share == 0.0 else rows + share * (self._central() - rows)
-            forces = proven_forces(self.problem, self._system, inside, self._tolerances)
-            if forces is not None:
-                return flattened(forces)
-        return None
+        forces = proven_inside(self.problem, self._system, rows, self._central, self._tolerances)
+        return None if forces is None else flattened(forces)
 
     def _corrected(self, rows: Array) -> Array | None:
         """Return forces without their residual, by the factorization of the central forces, if they are proven."""
@@ -258,8 +253,3 @@ class SumBounds:
         fastest = float(np.abs(velocity[:, :3]).max(initial=0.0))
         rate = float(((short + ROUNDING * (1.0 + fastest)) / self._spare).max())
         return velocity + rate * self._separating
-
-
-def _motion(names: Sequence[BodyId], velocity: Array) -> Motion:
-    rows = zip(names, velocity[:-1].tolist(), strict=True)
-    return Motion({name: ((a, b, c), (d, e, f)) for name, (a, b, c, d, e, f) in rows})

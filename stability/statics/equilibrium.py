@@ -40,6 +40,7 @@ SPREAD = 0.5  # share of the free friction of a rise that its horizontal spread 
 ROOM = 10.0
 LAYER = 0.01  # share of the smallest side: centres with a smaller height difference belong to one layer
 ACCURACY = 1e-9  # requested accuracy of the solver; its results are checked
+INWARDS = (1e-8, 1e-6, 1e-5, 1e-4)  # shares of central forces, tried in turn, with which forces can be corrected
 
 
 @dataclass(frozen=True, slots=True)
@@ -440,6 +441,22 @@ def proven_forces(problem: Problem, system: WrenchMatrix, rows: Array, tolerance
             return forces
         rows = rows + _correction(system, rows, residual)
     return None
+
+
+def proven_inside(
+    problem: Problem, system: WrenchMatrix, rows: Array, central: Callable[[], Array | None], tolerances: Tolerances
+) -> Forces | None:
+    """Return proven forces near the given ones, as `proven_forces` does, else nearer to `central` ones by small shares.
+
+    Forces on the borders of their cones leave no room for corrections.
+    """
+    forces = proven_forces(problem, system, rows, tolerances)
+    middle = central() if forces is None else None
+    if middle is None:
+        return forces
+    inside = (rows + share * (middle - rows) for share in INWARDS)
+    found = (proven_forces(problem, system, each, tolerances) for each in inside)
+    return next((each for each in found if each is not None), None)
 
 
 def _correction(system: WrenchMatrix, rows: Array, residual: Array) -> Array:

@@ -25,7 +25,7 @@ from stability.problem import Forces, Motion, Problem, Tolerances, admit_problem
 from stability.process_settings import one_thread
 from stability.statics.certificate import lies_on
 from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
-from stability.statics.equilibrium import proven_forces, separating_motion
+from stability.statics.equilibrium import proven_inside, separating_motion
 from stability.statics.load_factor import central_forces
 from stability.statics.proof import check_forces, motion_plus, power, proof_cones, shortfalls
 from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
@@ -40,7 +40,6 @@ EXACT = 1e-6  # a strength that is used up to this share more counts as not exce
 ALIKE = 1e-4  # share of the power of crushing by which bricks that give way alike may differ
 THIN = 1e-9  # share of an edge: a cut nearer to a corner changes nothing
 CORNERS_OF_A_FACE = 3
-INWARDS = (1e-8, 1e-6, 1e-5, 1e-4)  # shares of central forces, tried in turn, with which forces can be corrected
 ROUNDING = 1e-12  # share of the fastest speed by which contacts open beyond what a proof requires
 
 Triangle = tuple[Vec3, Vec3, Vec3]
@@ -261,16 +260,12 @@ class _Search:
 
     def _balanced(self, problem: Problem, system: WrenchMatrix, rows: Array) -> Forces | None:
         """Return forces near the given ones that are proven to balance the problem; None if none are found."""
-        forces = proven_forces(problem, system, rows, self.tolerances)
-        if forces is not None:
-            return forces
-        # Forces on the borders of their cones leave no room for corrections, so forces slightly within are tried.
-        central = central_forces(system, system.loads, min(ACCURACIES), clarabel_solve)
-        if isinstance(central, str):
-            return None
-        inside = (rows + share * (central - rows) for share in INWARDS)
-        found = (proven_forces(problem, system, each, self.tolerances) for each in inside)
-        return next((each for each in found if each is not None), None)
+
+        def central() -> Array | None:
+            middle = central_forces(system, system.loads, min(ACCURACIES), clarabel_solve)
+            return None if isinstance(middle, str) else middle
+
+        return proven_inside(problem, system, rows, central, self.tolerances)
 
     def depths(self, cells: Sequence[_Cell], crushing: _Crushing) -> list[list[float]]:
         """Return the closing speed at each corner of each cell [m/s]; negative where the contact opens."""

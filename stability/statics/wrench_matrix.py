@@ -153,8 +153,7 @@ class WrenchMatrix:
 
     def unscaled_motion(self, columns: Array) -> Motion:
         """Return velocities of all bricks from the columns, in SI and not relative to the fastest."""
-        by_brick = zip(self.names, self.velocity(columns).tolist(), strict=True)
-        return Motion({name: ((a, b, c), (d, e, f)) for name, (a, b, c, d, e, f) in by_brick})
+        return motion_of(self.names, self.velocity(columns))
 
     def velocity(self, columns: Array) -> Array:
         """Return (bricks, 6) velocities and spins from the columns [m/s, rad/s]."""
@@ -370,3 +369,9 @@ def grouped(shapes: Sequence[tuple[int, int]], forces: Array) -> tuple[ConeForce
 def flattened(forces: Forces) -> Array:
     """Return (n, 3) forces by contact, point and normal as one array [N]."""
     return np.array([each for of in forces.of_contacts for by_normal in of for each in by_normal]).reshape(-1, 3)
+
+
+def motion_of(names: Sequence[BodyId], velocity: Array) -> Motion:
+    """Return the motion of bricks from (bricks, 6) velocities and spins [m/s, rad/s]."""
+    by_brick = zip(names, velocity.tolist(), strict=True)
+    return Motion({name: ((a, b, c), (d, e, f)) for name, (a, b, c, d, e, f) in by_brick})

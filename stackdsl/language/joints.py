@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Final, Literal, Self
 
-from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import Field, model_validator
 
 from stackdsl.language import value_types as t
 from stackdsl.language.lego import PITCH
@@ -12,9 +12,6 @@ from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Shorthand
 from stackdsl.language.quantities import LONG_DURATION, InputError, parse_quantity, quantity_pattern
 
 MAX_RULES: Final = 1000
-MAX_NAMES: Final = 1000  # of one rule
-
-Named = Annotated[str, t.JOINED_NAME]
 
 
 _SETTING: Final = re.compile(r"(.*?)\s+after\s+placing")
@@ -122,20 +119,12 @@ LEGO_STUDS: Final = StudGrid.model_construct(pitch=float(PITCH), pull=1.7, narro
 class JoinedBodies(AuthorModel):
     """Bodies between which joints act."""
 
-    of: (
-        Annotated[
-            tuple[Named, ...],
-            Field(min_length=1, max_length=MAX_NAMES),
-            BeforeValidator(t.listed),
-            WithJsonSchema(t.ONE_OR_MORE_JOINED),
-        ]
-        | None
-    ) = Field(
+    of: t.JoinedNames | None = Field(
         None,
         description="names of kinds of brick, steps, bricks, the ground or walls, which are joined to each other; "
         "default: all bodies",
     )
-    between: tuple[Named, Named] | None = Field(
+    between: tuple[t.JoinedName, t.JoinedName] | None = Field(
         None, description="two such names: each body of one is joined to each body of the other"
     )
 

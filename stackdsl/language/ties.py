@@ -2,17 +2,15 @@
 
 from typing import Annotated, ClassVar, Final, Self
 
-from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import Field, model_validator
 
 from stackdsl.language import value_types as t
 from stackdsl.language.model_base import ExactlyOneKey
 from stackdsl.language.quantities import InputError
 
 MAX_TIES: Final = 1000
-MAX_NAMES: Final = 1000  # of one tie
 ALL: Final = "all"
 
-Named = Annotated[str, t.JOINED_NAME]
 Place = tuple[t.Length, t.Length, t.Length]
 
 
@@ -20,16 +18,10 @@ class Tie(ExactlyOneKey):
     """A strap or a band around bricks, or a rod between two of them."""
 
     repeat: t.REPEAT = Field(None, description="variables and their values; the item is repeated for each combination")
-    around: (
-        Annotated[
-            tuple[Named, ...],
-            Field(min_length=1, max_length=MAX_NAMES),
-            BeforeValidator(t.listed),
-            WithJsonSchema(t.ONE_OR_MORE_JOINED),
-        ]
-        | None
-    ) = Field(None, description="names of bricks, steps or kinds of brick, or `all`: a loop around these bricks")
-    between: tuple[Named, Named] | None = Field(
+    around: t.JoinedNames | None = Field(
+        None, description="names of bricks, steps or kinds of brick, or `all`: a loop around these bricks"
+    )
+    between: tuple[t.JoinedName, t.JoinedName] | None = Field(
         None, description="names of two bricks: a straight tie from one to the other"
     )
     name: t.BrickName | None = Field(None, description="name of the tie in reports; default: `tie` and its number")

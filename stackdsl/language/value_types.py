@@ -6,7 +6,15 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Annotated, Final, Literal, TypeAlias, get_args
 
-from pydantic import AfterValidator, BaseModel, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, WithJsonSchema
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    WithJsonSchema,
+)
 from pydantic_core import CoreSchema, core_schema
 
 from stability.model import GROUND, BodyId
@@ -361,6 +369,21 @@ JOINED_NAME: Final = _text(
 ONE_OR_MORE_JOINED: Final[JsonSchema] = {
     "anyOf": [JOINED_NAME.schema, {"type": "array", "items": JOINED_NAME.schema, "minItems": 1}]
 }
+
+
+def listed(written: object) -> object:
+    """Wrap a single text in a list."""
+    return [written] if isinstance(written, str) else written
+
+
+MAX_JOINED: Final = 1000  # names in one item
+JoinedName = Annotated[str, JOINED_NAME]
+JoinedNames = Annotated[
+    tuple[JoinedName, ...],
+    Field(min_length=1, max_length=MAX_JOINED),
+    BeforeValidator(listed),
+    WithJsonSchema(ONE_OR_MORE_JOINED),
+]
 TYPE_NAME: Final = _text(NAME, "a valid name of a kind of brick", _NAME_ADVICE, "carton")
 Text = Annotated[str, Field(min_length=1, max_length=2000)]
 
@@ -433,8 +456,3 @@ _ONE_SYSTEM: Final[JsonSchema] = {"enum": list(SYSTEMS)}
 ONE_OR_MORE_SYSTEMS: Final[JsonSchema] = {
     "anyOf": [_ONE_SYSTEM, {"type": "array", "items": _ONE_SYSTEM, "minItems": 1}]
 }
-
-
-def listed(written: object) -> object:
-    """Wrap a single text in a list."""
-    return [written] if isinstance(written, str) else written
