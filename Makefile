@@ -124,6 +124,7 @@ figures: $(READY_DEV) ## measure what takes minutes, and write the figures of RE
 	$(BIN)/python -m benchmarks.against_compas --write
 	$(BIN)/python -m benchmarks.compas_samples --write
 	$(BIN)/python -m benchmarks.solids_in_engines --write
+	$(BIN)/python -m benchmarks.round_bodies --write
 
 editor: $(READY_DEV) ## what an editor shows, tried with the language server itself, which needs npm
 	npm install --silent --no-audit --no-fund --prefix .node yaml-language-server@2.0.0

@@ -12,6 +12,7 @@ _SLIPS = (
     "slope, tuned, step x 1",
 )
 _HITS = tuple(f"level {level}, {speed} m per s" for level, speed in product((3, 13), (1, 2, 4)))
+_PILES = (("pyramid of cans", "cans"), ("logs between blocks", "logs"), ("log in a wedge", "wedge"))
 _MOVERS = ("pybullet", "unrepaired", "bare", "cone", "mujoco", "rigid")
 
 MOVING_TABLES: Mapping[str, Table] = {
@@ -33,6 +34,17 @@ MOVING_TABLES: Mapping[str, Table] = {
             Column("`rigid`, ms of processor for 1 ms", "{engine_ms:sig2}"),
             Column("PyBullet without corrections, ms", "{pybullet_ms:sig2}"),
             Column("ratio", "{ratio:sig2}"),
+        ),
+    ),
+    "round-bodies": Table(
+        "round-bodies",
+        "engines",
+        (
+            Column("engine of", "{system}"),
+            *(Column(f"way of a {body}", f"{{{body}_percent:+.2f}} %") for body in ("ball", "log", "pipe")),
+            Column("a can tips early by up to", "{early_deg:.2f} deg"),
+            Column("friction angle of a can", "{slide_percent:+.1f} %"),
+            *(Column(f"{pile}, mm", f"{{{key}_mm:.2f}}") for pile, key in _PILES),
         ),
     ),
     "movers": Table(

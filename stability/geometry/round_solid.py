@@ -63,6 +63,11 @@ class RoundSolid:
         return subtract(centre, self.centre_of_mass), pi * (self.radii[upper] ** 2 - self.bore**2)
 
     @property
+    def tapers(self) -> bool:
+        """True for a cone, whose ends differ in size."""
+        return self.radii[0] != self.radii[1]
+
+    @property
     def slope(self) -> float:
         """The component along the axis of the unit normals of its side."""
         low, high = self.radii

@@ -38,10 +38,12 @@ def inscribed(problem: Problem) -> Problem:
     Forces that balance it lie inside the true contacts, too, so what it bears is a lower bound.
     """
     many = sum(contact.patch is not None for contact in problem.contacts) > MANY_BORDERS
-    return replace(problem, contacts=[_inscribed(each, FEWER_SIDES if many else SIDES) for each in problem.contacts])
+    sides = FEWER_SIDES if many else SIDES
+    return replace(problem, contacts=[inscribed_contact(each, sides) for each in problem.contacts])
 
 
-def _inscribed(contact: Contact, sides: int) -> Contact:
+def inscribed_contact(contact: Contact, sides: int = SIDES) -> Contact:
+    """Return a contact within regular polygons inside its round borders; the same one if it has none."""
     if contact.patch is None:
         return contact
     angles = tuple(TURN * side / sides for side in range(sides))

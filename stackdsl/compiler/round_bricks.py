@@ -1,9 +1,12 @@
-"""Reports what round bricks do not support: other systems than `exact`, joints, samples and some margins."""
+"""Reports what round bricks do not support: cones on their side in other engines, joints, samples, some margins."""
 
 from collections.abc import Iterator
+from math import cos, pi
 from typing import Final
 
 from stability.geometry.round_solid import RoundSolid
+from stability.geometry.vectors import rotate
+from stability.model import ConvexShape, Pose
 from stackdsl.compiler.joints import SYSTEM, are_joined
 from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.diagnostics import Diagnostic
@@ -15,15 +18,15 @@ ROUND_MARGINS: Final = frozenset({"acceleration", "tilt", "friction", "load_fact
 # The same, where no contact is on a curved side: a disc that is displaced still covers its polygon, drawn in as far.
 DISC_MARGINS: Final = ROUND_MARGINS | {"placement"}
 
+STANDING: Final = cos(pi / 4.0)  # least vertical component of the axis of a cone that stands
+
 
 def unsupported_round_bricks(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report systems, joints, samples and margins that round bricks do not support."""
+    yield from _lying_cones(built, scenario, source)
     first = next((brick for brick in built.bricks if isinstance(brick.written.shape, RoundSolid)), None)
     if first is None:
         return
-    for system in (system for system in scenario.systems if system != SYSTEM):
-        message = f"round bricks such as '{first.name}' are judged on `{SYSTEM}` only, not on the system '{system}'"
-        yield Diagnostic("SD212", source.key_span_of(("systems",)), message, f"write `systems: [{SYSTEM}]`")
     if scenario.samples is not None:
         hint = "remove `samples` and all `uncertain` values"
         yield Diagnostic("SD212", source.key_span_of(("samples",)), "samples are not drawn for round bricks", hint)
@@ -37,3 +40,19 @@ def unsupported_round_bricks(built: ResolvedScenario, scenario: Scenario, source
                 span = source.key_span_of((key, number, claim.kind))
                 hint = "claim `verdict`, and vary a length, a load or the friction with `find`"
                 yield Diagnostic("SD212", span, message, hint)
+
+
+def _lying_cones(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Report cones that start on their side: the engines of other systems move them as prisms, which do not roll."""
+    systems = [system for system in scenario.systems if system != SYSTEM]
+    lying = next((brick for brick in built.bricks if _is_lying_cone(brick.written.shape, brick.written.pose)), None)
+    if lying is not None and systems:
+        message = (
+            f"cones on their side, such as '{lying.name}', roll on `{SYSTEM}` only, not on the system '{systems[0]}'"
+        )
+        yield Diagnostic("SD212", source.key_span_of(("systems",)), message, f"write `systems: [{SYSTEM}]`")
+
+
+def _is_lying_cone(shape: ConvexShape, pose: Pose) -> bool:
+    is_cone = isinstance(shape, RoundSolid) and shape.tapers
+    return is_cone and abs(rotate(pose.orientation, (0.0, 0.0, 1.0))[2]) < STANDING

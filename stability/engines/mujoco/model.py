@@ -16,6 +16,7 @@ from stability.engines.protocol import FIRM, Guided
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.box import Box, box_of
 from stability.geometry.placed_shape import middle_pose
+from stability.geometry.round_solid import RoundSolid
 from stability.geometry.vectors import add, add_scaled, inverse, rotate, scale, subtract
 from stability.model import BodyId, BodyState, Brick, ContactPoint, ConvexShape, Plane, Pose, Quaternion, Vec3
 
@@ -23,10 +24,11 @@ from stability.model import BodyId, BodyState, Brick, ContactPoint, ConvexShape,
 
 
 def add_hulls(spec: mujoco.MjSpec, shapes: Iterable[ConvexShape]) -> dict[ConvexShape, str]:
-    """Add a mesh for each distinct shape that is no box, and return the names of the meshes."""
+    """Add a mesh for each distinct shape that MuJoCo has not, such as a cone, and return the names of the meshes."""
     meshes: dict[ConvexShape, str] = {}
     for shape in shapes:
-        if shape not in meshes and box_of(shape) is None:
+        is_round = isinstance(shape, RoundSolid) and not shape.tapers
+        if shape not in meshes and not is_round and box_of(shape) is None:
             meshes[shape] = f"hull {len(meshes) + 1}"
             spec.add_mesh(name=meshes[shape], uservert=[part for corner in shape.corners for part in corner])
     return meshes
@@ -34,6 +36,8 @@ def add_hulls(spec: mujoco.MjSpec, shapes: Iterable[ConvexShape]) -> dict[Convex
 
 def geometry(shape: ConvexShape, place: Pose, hulls: Mapping[ConvexShape, str]) -> Mapping[str, object]:
     """Return the geom attributes of a shape with a pose in a body."""
+    if isinstance(shape, RoundSolid) and not shape.tapers:
+        return _round_geometry(shape, place)
     boxed = box_of(shape)
     if boxed is None:
         kind, mesh = mujoco.mjtGeom.mjGEOM_MESH, {"meshname": hulls[shape]}
@@ -44,6 +48,17 @@ def geometry(shape: ConvexShape, place: Pose, hulls: Mapping[ConvexShape, str]) 
         "type": mujoco.mjtGeom.mjGEOM_BOX,
         "size": scale(0.5, box.size),
         "pos": pose.position_W,
+        "quat": as_wxyz(place.orientation),
+    }
+
+
+def _round_geometry(shape: RoundSolid, place: Pose) -> Mapping[str, object]:
+    """Return the geom attributes of a cylinder, sphere or capsule; a bore has no effect on contacts."""
+    kind = mujoco.mjtGeom.mjGEOM_CAPSULE if shape.rounding else mujoco.mjtGeom.mjGEOM_CYLINDER
+    return {
+        "type": kind if shape.height else mujoco.mjtGeom.mjGEOM_SPHERE,
+        "size": (shape.widest, 0.5 * shape.height, 0.0),
+        "pos": middle_pose(scale(-1.0, shape.centre_of_mass), place).position_W,
         "quat": as_wxyz(place.orientation),
     }
 

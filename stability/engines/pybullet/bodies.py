@@ -17,6 +17,7 @@ from stability.engines.pybullet.settings import PyBulletSettings
 from stability.engines.pybullet.stepping import Anchors, Stepper, body_parameters
 from stability.geometry.box import Box
 from stability.geometry.placed_shape import corners_W, principal_turn
+from stability.geometry.round_solid import RoundSolid
 from stability.geometry.solid_making import inset_corners
 from stability.geometry.vectors import add, add_scaled, body_axes, dot, inverse, rotate, scale, subtract
 from stability.model import AT_REST, IDENTITY, BodyId, BodyState, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
@@ -43,6 +44,7 @@ class Solids:
     _boxes: dict[Vec3, int] = field(default_factory=dict, init=False)
     _hulls: dict[tuple[Vec3, float], int] = field(default_factory=dict, init=False)
     _rounded_hulls: dict[tuple[ConvexShape, float], int] = field(default_factory=dict, init=False)
+    _round: dict[RoundSolid, int] = field(default_factory=dict, init=False)
 
     def box(self, half_extents: Vec3) -> int:
         """Return the number of a box."""
@@ -86,6 +88,19 @@ class Solids:
                 pybullet.GEOM_MESH, vertices=corners, physicsClientId=self.client
             )
         return self._rounded_hulls[shape, radius]
+
+    def round_solid(self, solid: RoundSolid, times: float) -> int:
+        """Return the number of a cylinder, sphere or capsule, scaled by `times`; a bore has no effect on contacts."""
+        if solid not in self._round:
+            kind = pybullet.GEOM_CAPSULE if solid.rounding else pybullet.GEOM_CYLINDER
+            self._round[solid] = pybullet.createCollisionShape(
+                kind if solid.height else pybullet.GEOM_SPHERE,
+                radius=times * solid.widest,
+                height=times * solid.height,
+                collisionFramePosition=scale(-times, solid.centre_of_mass),
+                physicsClientId=self.client,
+            )
+        return self._round[solid]
 
     def rounded_solids(self, solids: Iterable[tuple[ConvexShape, Pose]], times: float) -> int:
         """Return the number of a compound of rounded solids with poses, scaled by `times`.
@@ -191,6 +206,8 @@ class BodyMaker:
 
     def _shape(self, shape: ConvexShape, radius: float, rounded: bool) -> int:
         """Return the number of a brick's collision shape; only boxes can have sharp edges."""
+        if isinstance(shape, RoundSolid) and not shape.tapers:
+            return self.solids.round_solid(shape, self.bodies.scale)
         if not isinstance(shape, Box):
             return self.solids.rounded_hull(shape, radius, self.bodies.scale)
         half = scale(0.5 * self.bodies.scale, shape.size)
@@ -389,7 +406,8 @@ def lies_square(pose: Pose, shape: ConvexShape, ups_W: Iterable[Vec3] = (UP,)) -
     """Check that a face of a brick is level or parallel to a slope, so that the brick does not lean."""
     normals_W: Iterable[Vec3] = body_axes(pose.orientation)  # of a box
     if not isinstance(shape, Box):
-        normals_W = [rotate(pose.orientation, face.normal) for face in shape.faces]
+        faces = shape.flat_faces if isinstance(shape, RoundSolid) else shape.faces
+        normals_W = [rotate(pose.orientation, face.normal) for face in faces]
     return any(abs(dot(normal_W, up_W)) > SQUARE for normal_W in normals_W for up_W in ups_W)
 
 

@@ -10,10 +10,11 @@ from stability.contacts.bodies import Solid, convex_solid
 from stability.contacts.detection import contact_between, contact_with_plane
 from stability.engines.protocol import Engine
 from stability.geometry.box_distance import PARALLEL, in_world
+from stability.geometry.round_solid import RoundSolid
 from stability.geometry.vectors import add_scaled, cross, dot, norm, scale, subtract, unit
 from stability.model import BodyId, Brick, ConvexShape, HalfSpace, Plane, Pose, Shape, Vec3, convex
 from stability.problem import ZERO, Contact, Placed, Tolerances
-from stability.stabilizers.published.support import AS_READ, CarriedLoad, Closest, Readings, Square, reach_of
+from stability.stabilizers.published.support import AS_READ, CarriedLoad, Closest, Readings, Square, may_stand, reach_of
 
 # Source: the stack-stability thesis, sections 3.4 and 3.5; equation numbers below are its own. Its model:
 # - Exactly two contacts, at different heights. The brick turns about the lower one, the pivot, under its weight.
@@ -209,7 +210,8 @@ def _centre(points_W: Sequence[Vec3]) -> Vec3:
 #
 # The engine provides the neighbours, and geometry the contact points and normals, as engines give edge contacts a face
 # normal (docs/design/publication.md). Only convex solids and half-spaces are supported: near any other shape a brick
-# has no leaning contacts and stays with the engine.
+# has no leaning contacts and stays with the engine. So does a round brick, and a brick beside a round one on its side:
+# the model does not know that these can roll.
 
 
 NO_MASS = 0.0  # mass has no effect on contacts
@@ -245,6 +247,8 @@ def touching_areas(engine: Engine, brick: BodyId, surfaces: LeaningFrictions) ->
     """Return the contact areas of a brick with bodies that do not lie on it; none near an unsupported shape."""
     bodies = engine.masses().keys() | engine.fixed()
     shape = engine.shape(brick)
+    if isinstance(shape, RoundSolid):
+        return ()
     near = neighbours(engine, brick)
     if not bodies.issuperset(near):
         return ()
@@ -253,7 +257,7 @@ def touching_areas(engine: Engine, brick: BodyId, surfaces: LeaningFrictions) ->
     areas = []
     for body in near:
         other, pose = engine.shape(body), states[body].pose
-        if solid_of_brick is None or other is None:
+        if solid_of_brick is None or other is None or (isinstance(other, RoundSolid) and not may_stand(other, pose)):
             return ()
         contact = _contact(solid_of_brick, body, other, pose, surfaces.between(brick, body))
         if contact:

@@ -7,7 +7,7 @@ from itertools import pairwise, product
 from math import dist, hypot
 
 from stability.contacts.bodies import convex_solid
-from stability.contacts.detection import contact_between
+from stability.contacts.detection import contact_between, contact_with_plane
 from stability.engines.protocol import Engine
 from stability.geometry.box import Box
 from stability.geometry.box_distance import gap_bridged, in_world, reach_between
@@ -23,7 +23,8 @@ from stability.geometry.polygons import (
     straightened,
     within_rectangle,
 )
-from stability.geometry.vectors import body_axes, dot, subtract
+from stability.geometry.round_solid import RoundSolid
+from stability.geometry.vectors import body_axes, dot, rotate, subtract
 from stability.graph import from_the_top
 from stability.model import (
     BodyId,
@@ -38,7 +39,7 @@ from stability.model import (
     Vec3,
     convex,
 )
-from stability.problem import Placed, Tolerances
+from stability.problem import Contact, Placed, Tolerances
 from stability.work_limit import LOAD, add_work
 
 # Readings of ambiguous points of the published text. The method runs with one choice of each.
@@ -235,8 +236,13 @@ def reach_of(shape: Shape) -> float:
 def resting_points(
     engine: Engine, brick: BodyId, state: BodyState, supports: Collection[BodyId], limits: ContactLimits
 ) -> Mapping[BodyId, Sequence[Vec3]]:
-    """Return the contact points of a brick with each of the `supports` that carry it [m, W]."""
+    """Return the contact points of a brick with each of the `supports` that carry it [m, W].
+
+    A round brick on its side has none, as it can roll.
+    """
     shape = engine.shape(brick)
+    if isinstance(shape, RoundSolid) and not may_stand(shape, state.pose, limits):
+        return {}
     near = [body for body in engine.neighbours(brick, reach_of(shape)) if body in supports]
     states = engine.states(near)
     contact_points: dict[BodyId, Sequence[Vec3]] = {}
@@ -254,6 +260,11 @@ def resting_points(
     )
 
 
+def may_stand(shape: RoundSolid, pose: Pose, limits: ContactLimits = ContactLimits()) -> bool:
+    """Return whether a flat end of a round body is as level as a contact that carries weight."""
+    return not shape.rounding and abs(rotate(pose.orientation, (0.0, 0.0, 1.0))[2]) >= limits.upward
+
+
 def corners_on(upper: Shape, at: Pose, lower: Shape, below: Pose, limits: ContactLimits) -> Sequence[Vec3] | None:
     """Return the corners of the contact of one body with another below it; empty if it does not rest on it.
 
@@ -269,6 +280,11 @@ def corners_on(upper: Shape, at: Pose, lower: Shape, below: Pose, limits: Contac
             return face_patch(upper.size, at, lower.size, below) or None
         case (None | HalfSpace(), _) | (_, None):
             return None
+        case RoundSolid(), HalfSpace():
+            plane = in_world(lower, below)
+            solid = convex_solid(Placed(Brick("upper", upper, 0.0), at))
+            contact = contact_with_plane(solid, plane, Tolerances()) if plane.normal_W[2] >= limits.upward else None
+            return _corners_of_area(contact, upper) if contact is not None else ()
         case _, HalfSpace():
             return _lowest_corners(upper, at, in_world(lower, below), limits)
         case _:
@@ -286,7 +302,21 @@ def _corners_of_patch(
     upward = sum(normal[2] for normal in contact.normals_W) / len(contact.normals_W)
     if (upward if contact.upper == "upper" else -upward) < limits.upward:
         return ()
-    return contact.points_W if len(contact.points_W) > 2 else None  # noqa: PLR2004 -- a line has two ends
+    return _corners_of_area(contact, upper)
+
+
+def _corners_of_area(contact: Contact, upper: ConvexShape) -> Sequence[Vec3] | None:
+    """Return the corners of a contact with an area, within its round borders; None without an area.
+
+    A round body on its side has none either, but no contact point of an engine may support it: it can roll.
+    """
+    if contact.patch is not None:
+        from stability.statics.round_borders import inscribed_contact  # noqa: PLC0415 -- boxes do without numpy
+
+        contact = inscribed_contact(contact)
+    if len(contact.points_W) > 2:  # noqa: PLR2004 -- a line has two ends
+        return contact.points_W
+    return () if isinstance(upper, RoundSolid) else None
 
 
 def _lowest_corners(upper: ConvexShape, at: Pose, plane: Plane, limits: ContactLimits) -> Sequence[Vec3]:

@@ -143,3 +143,16 @@ def test_some_margins_may_be_claimed_of_round_bricks_and_others_are_refused(clai
     cases, mistakes = cases_of(parse(text, "can.yaml"))
     assert bool(cases) is allowed
     assert [mistake.code for mistake in mistakes] == ([] if allowed else ["SD212"])
+
+
+@pytest.mark.parametrize(
+    ("system", "turned", "allowed"), [("tuned", 90, False), ("exact", 90, True), ("tuned", 10, True)]
+)
+def test_a_cone_on_its_side_is_left_to_exact(system: str, turned: int, allowed: bool) -> None:
+    text = (
+        "scenario: cone\nbrick: {cone: {bottom: 60 mm, top: 20 mm, height: 80 mm}, mass: 1 kg}\n"
+        f"build: [{{bricks: [{{at: [0 m, 0 m, 90 mm], rotate: [{turned} deg, 0 deg, 0 deg]}}]}}]\n"
+        f"systems: [{system}]\nexpect: [{{stands: all}}]\n"
+    )
+    _, mistakes = cases_of(parse(text, "cone.yaml"))
+    assert ("SD212" in [mistake.code for mistake in mistakes]) is not allowed
