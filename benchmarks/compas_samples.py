@@ -1,11 +1,13 @@
-"""Judges every sample of compas_cra by it and by exact statics: verdict, certificate, time, in one run.
+"""Judges every sample of compas_cra by it, by LMGC90 and by exact statics: verdict, certificate, time, in one run.
 
 A sample is a file of blocks; its fixed blocks, friction and rotation are those of the peer's own examples. Both methods
 get the same contacts, computed by the peer or read from the file, and the same weights and centres, so blocks need not
-be convex. For convex blocks `own` judges the file as `import` reads it, with contacts of its own. Times are processor
-times of computing forces or a motion, without contact detection; those of `own` include it.
+be convex. `own` judges the file as `import` reads it, with contacts of its own. LMGC90 gets the blocks, which must be
+convex, and finds contacts in each step. Times are processor times of computing forces or a motion, without contact
+detection; those of `own` and of LMGC90 include it.
 
-Run: python -m benchmarks.compas_samples [--write]. It needs the peer: pip install "compas_cra==0.8.0".
+Run: python -m benchmarks.compas_samples [--write]. It needs the peer: pip install "compas_cra==0.8.0". LMGC90 is left
+out unless it is installed: pip install --no-deps compas_lmgc90==0.1.11
 """
 
 import sys
@@ -19,12 +21,14 @@ from typing import Any, Final, TypeVar
 
 from rich.console import Console
 from rich.table import Table
+from scipy.spatial import ConvexHull
 
 from benchmarks.against_compas import INSTALL, processor_time
 from benchmarks.compas_reading import own_assembly
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
-from benchmarks.systems.compas import Compas, Programme
+from benchmarks.systems.compas import Compas, Programme, largest_pull
+from benchmarks.systems.lmgc90 import Block, Lmgc90, outward_triangles
 from stability.analysis.margins import guarantee
 from stability.contact_law import Coulomb
 from stability.geometry.box import Box
@@ -41,6 +45,7 @@ from stackdsl.importers.load import UnreadableLoadError
 Y: Final[Vec3] = (0.0, 1.0, 0.0)
 # blocks: larger samples take the peer tens of minutes (40 min are published for the armadillo vault)
 TOO_LARGE: Final = 100
+DENTED: Final = 1e-3  # share of the volume that the hull of a block may add
 Answered = TypeVar("Answered")
 
 
@@ -99,8 +104,10 @@ def main() -> None:
     if not Compas(Programme.CRA).package.installed:
         sys.exit(INSTALL)
     Compas(Programme.CRA).load()
-    names = ("sample", "blocks", "interfaces", "exact", "ms", "error", "lets go", "cra", "ms", "times slower", "own")
-    table = Table(*names)
+    if not Lmgc90().package.installed:
+        Console(stderr=True).print(f"LMGC90 is left out; install it with: {Lmgc90().package.remedy}")
+    names = ("sample", "blocks", "interfaces", "exact", "ms", "error", "lets go", "cra", "ms", "times slower")
+    table = Table(*names, "rbe", "rbe times slower", "lmgc90", "ms", "own")
     rows: dict[str, Row] = {}
     for sample in SAMPLES:
         row = measured(sample)
@@ -120,6 +127,8 @@ def measured(sample: Sample) -> Row:
     exact = judged_exactly(problem)
     large = len(problem.bricks) > TOO_LARGE
     peer = as_its_file_says(assembly) if large else judged_by_peer(assembly, sample.friction)
+    rbe = Answer("not run", 0.0) if large else judged_by_rbe(assembly, sample.friction)
+    moved = judged_by_lmgc90(assembly, sample.friction)
     return {
         "blocks": assembly.graph.number_of_nodes(),
         "interfaces": len(problem.contacts),
@@ -129,9 +138,18 @@ def measured(sample: Sample) -> Row:
         "lets_go": exact.lets_go,
         "cra": peer.verdict,
         "cra_ms": 1e3 * peer.seconds,
-        "times_slower": "not run" if large else f"{float(f'{peer.seconds / exact.seconds:.2g}'):g}",
+        "times_slower": "not run" if large else times(peer, exact),
+        "rbe": rbe.verdict,
+        "rbe_times_slower": "not run" if large else times(rbe, exact),
+        "lmgc90": moved.verdict,
+        "lmgc90_times_slower": times(moved, exact) if moved.seconds else "not run",
         "own": judged_with_own_contacts(sample, assembly),
     }
+
+
+def times(answer: Answer, exact: Answer) -> str:
+    """Return the time of an answer as a multiple of that of another, with two digits."""
+    return f"{float(f'{answer.seconds / exact.seconds:.2g}'):g}"
 
 
 # --- the sample -------------------------------------------------------------------------------------------------------
@@ -235,6 +253,41 @@ def judged_by_peer(assembly: Any, friction: float) -> Answer:  # noqa: ANN401 --
         verdict = "infeasible" if "Infeasible" in str(error) else "solver failed"
         return Answer(verdict, processor_time() - started)
     return Answer("stands", processor_time() - started)
+
+
+def judged_by_rbe(assembly: Any, friction: float) -> Answer:  # noqa: ANN401 -- the peer is untyped
+    """Judge by the peer's convex program: it stands if no contact has to pull."""
+    from compas_cra.equilibrium import rbe_solve  # noqa: PLC0415 -- the peer is optional
+
+    started = processor_time()
+    try:
+        quietly(lambda: rbe_solve(assembly, mu=friction, density=1.0))
+    except ValueError as error:
+        verdict = "infeasible" if "Infeasible" in str(error) else "solver failed"
+        return Answer(verdict, processor_time() - started)
+    seconds = processor_time() - started
+    nodes = set(assembly.graph.nodes()) - supports_of(assembly)
+    weight = sum(assembly.node_block(node).volume() * assembly.node_block(node).attributes["density"] for node in nodes)
+    return Answer("stands" if largest_pull(assembly) <= Compas(Programme.RBE).pull * weight else "pulls", seconds)
+
+
+def judged_by_lmgc90(assembly: Any, friction: float) -> Answer:  # noqa: ANN401 -- the peer is untyped
+    """Judge by the motion that LMGC90 computes, of blocks that are convex."""
+    solver = Lmgc90()
+    if not solver.package.installed:
+        return Answer("not installed", 0.0)
+    fixed = supports_of(assembly)
+    blocks = []
+    for node in assembly.nodes():
+        block = assembly.node_block(node)
+        corners = [(float(x), float(y), float(z)) for x, y, z in block.vertices_attributes("xyz")]
+        if ConvexHull(corners).volume > (1.0 + DENTED) * abs(block.volume()):
+            return Answer("not convex", 0.0)
+        density = 1000.0 * block.attributes["density"]
+        blocks.append(Block(corners, outward_triangles(corners), density, fixed=node in fixed))
+    started = processor_time()
+    move = solver.largest_move(blocks, friction)
+    return Answer("stands" if move <= solver.moved else "moves", processor_time() - started)
 
 
 def as_its_file_says(assembly: Any) -> Answer:  # noqa: ANN401 -- the peer is untyped

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 FOLDER = Path(__file__).parent.parent.parent / "docs" / "data"
-PACKAGES = ("stackdsl", "clarabel", "numpy", "pybullet", "scipy", "mujoco", "sapien", "compas_cra")
+PACKAGES = ("stackdsl", "clarabel", "numpy", "pybullet", "scipy", "mujoco", "sapien", "compas_cra", "compas_lmgc90")
 DIGITS = 5  # stored significant digits: more than any text shows
 
 Value: TypeAlias = float | int | str | bool | None  # None if there is nothing to measure

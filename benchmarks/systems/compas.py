@@ -86,7 +86,7 @@ class Compas:
                 self._solve(assembly, scene.friction)
         except ValueError:
             return False  # infeasible means a fall; failures are reported in the same way
-        return self.program is Programme.CRA or _largest_pull(assembly) <= self.pull * len(scene.bricks)
+        return self.program is Programme.CRA or largest_pull(assembly) <= self.pull * len(scene.bricks)
 
     def _solve(self, assembly: Any, friction: float) -> None:  # noqa: ANN401 -- the peer is untyped
         from compas_cra.algorithms import assembly_interfaces_numpy  # noqa: PLC0415 -- the peer is optional
@@ -108,21 +108,21 @@ def assembled(scene: Scene) -> Any:  # noqa: ANN401 -- the peer is untyped
 
     length = min(placed.brick.shape.least_thickness for placed in scene.bricks)
     mass = fmean(placed.brick.mass for placed in scene.bricks)
-    assembly, bases = CRA_Assembly(), list(_bases(scene))
-    for number, placed in enumerate([*scene.bricks, *bases]):
+    assembly, fixed = CRA_Assembly(), list(bases(scene))
+    for number, placed in enumerate([*scene.bricks, *fixed]):
         along, across, _ = body_axes(placed.pose.orientation)
         size = scale(1.0 / length, as_box(placed.brick.shape, "compas_cra").size)
         block = Block.from_shape(Box(*size, frame=Frame(scale(1.0 / length, placed.pose.position_W), along, across)))
         block.attributes["density"] = placed.brick.mass / mass / prod(size)  # the peer uses the weight as mass
         assembly.add_block(block, node=number)
-    assembly.set_boundary_conditions(list(range(len(scene.bricks), len(scene.bricks) + len(bases))))
+    assembly.set_boundary_conditions(list(range(len(scene.bricks), len(scene.bricks) + len(fixed))))
     return assembly
 
 
-def _bases(scene: Scene) -> Iterator[Placed]:
+def bases(scene: Scene) -> Iterator[Placed]:
     """Yield a copy behind the plane for each brick that touches one.
 
-    The peer tests contacts only among blocks with near centres, so it would not find one large floor.
+    compas_cra tests contacts only among blocks with near centres, so it would not find one large floor.
     """
     for placed in scene.bricks:
         for plane in scene.planes:
@@ -132,7 +132,7 @@ def _bases(scene: Scene) -> Iterator[Placed]:
                 yield Placed(placed.brick, Pose(behind, placed.pose.orientation))
 
 
-def _largest_pull(assembly: Any) -> float:  # noqa: ANN401 -- the peer is untyped
+def largest_pull(assembly: Any) -> float:  # noqa: ANN401 -- the peer is untyped
     """Return the largest pull in mean weights of a brick."""
     edges = [assembly.graph.edge_attribute(edge, "interfaces") for edge in assembly.graph.edges()]
     return max((float(f["c_nn"]) for interfaces in edges for one in interfaces for f in one.forces), default=0.0)

@@ -38,6 +38,8 @@ FLUSH: Final = 1e-9  # share of the extent: least thickness of a solid
 # Share of the least thickness: a point within this distance of a plane or line lies on it. Files have six decimals of a
 # metre or single precision, and the largest gap of a contact is two hundred times as large.
 WRITTEN: Final = 1e-4
+# Warped faces can be nearly flat: if faces merged within `WRITTEN` do not close, they are merged within a part of it.
+FINER: Final = (1.0, 10.0, 100.0, 1e3, 1e4)
 LEAST_POINTS: Final = 4
 LEAST_FACES_AT_A_CORNER: Final = 3
 MOST_POINTS: Final = 100_000
@@ -74,10 +76,16 @@ def hull_faces(points: Sequence[Vec3]) -> tuple[list[Vec3], list[tuple[int, ...]
     thickness = float(np.ptp(scaled @ hull.equations[:, :3].T, axis=0).min())
     if thickness <= FLUSH:
         raise flat
-    written = WRITTEN * thickness
-    planes = [_plane(scaled, group, hull) for group in _groups(scaled, hull, written)]
-    loops = [_loop(scaled, on, normal, written) for normal, on in planes]
-    return _in_order(points, loops, scaled, planes, written)
+    for finer in FINER:
+        written = WRITTEN * thickness / finer
+        planes = [_plane(scaled, group, hull) for group in _groups(scaled, hull, written)]
+        loops = [_loop(scaled, on, normal, written) for normal, on in planes]
+        try:
+            return _in_order(points, loops, scaled, planes, written)
+        except NotASolidError:
+            if finer == FINER[-1]:
+                raise
+    raise AssertionError
 
 
 class NotConvexError(NotASolidError):

@@ -124,9 +124,10 @@ def _format_of(reading: LoadReading) -> Format:
             ("pallet-sim", ('"pallets"', '"articles"')),
             ("bed-bpp", ('"flb_coordinates"',)),
             ("compas", ('"dtype"', '"graph"', '"block"')),
+            ("compas", ('"dtype"', '"graph"', '"elements"')),
             ("apex-mr" if '"press_x"' in text else "stablelego", ('"brick_id"', '"ori"')),
         )
-        matches = [format_ for format_, words in signs if all(word in text for word in words)]
+        matches = list(dict.fromkeys(format_ for format_, words in signs if all(word in text for word in words)))
     else:
         matches = [format_ for format_, first in FIRST_LINES.items() if first.match(text)]
     if len(matches) == 1:

@@ -109,11 +109,18 @@ def solid_brick(  # noqa: PLR0913 -- the data of formats
 
 
 def merged(corners: Sequence[Exact3], faces: Sequence[Sequence[int]]) -> tuple[list[Exact3], list[tuple[int, ...]]]:
-    """Merge corners at the same position, which files may list once per face."""
+    """Merge corners at the same position, which files may list once per face, and faces that are listed twice."""
     places: dict[Exact3, int] = {}
     loops = [tuple(places.setdefault(corners[corner], len(places)) for corner in face) for face in faces]
     solid = [tuple(dict.fromkeys(loop)) for loop in loops]
-    return list(places), [loop for loop in solid if len(loop) >= LEAST_CORNERS]
+    different = {_from_lowest(loop): loop for loop in reversed(solid) if len(loop) >= LEAST_CORNERS}
+    return list(places), [*different.values()][::-1]
+
+
+def _from_lowest(loop: tuple[int, ...]) -> tuple[int, ...]:
+    """Return a face from its lowest corner on, in the same direction."""
+    start = loop.index(min(loop))
+    return loop[start:] + loop[:start]
 
 
 def brick_name(written: str, default: str) -> str:
@@ -322,37 +329,61 @@ def _surface_corners(units: UnitReader, surface: Surface, span: Span, y_is_up: b
 #
 # The blocks are at `data.graph.data.node`, each a mesh at `block.data` with the corners `vertex` and the faces `face`.
 # A node may be a support, which is fixed. Interfaces in the file are skipped: contacts are computed from the shapes.
+#
+# A model of `compas_dem` has its blocks at `data.elements` instead, and names them in the nodes of `data.graph`. Its
+# materials have densities. A problem of `compas_dem` has a model at `data.model`, with loads beside it.
 
 
 # Members that are read or may be skipped; all others are reported.
-_OF_OBJECT: Final = {"data", "dtype", "guid"}
+_OF_OBJECT: Final = {"data", "dtype", "guid", "name", "inheritance"}
 _OF_ASSEMBLY: Final = {"graph", "attributes"}
 _DEFAULTS: Final = {"default_node_attributes", "default_edge_attributes", "default_face_attributes"}
 _OF_GRAPH: Final = {"node", "attributes", "adjacency", "max_node", *_DEFAULTS}
+_OF_PROBLEM: Final = {"name", "model"}
+_OF_MODEL: Final = {"transformation", "tree", "graph", "elements", "materials", "element_material"}
+_OF_ELEMENT: Final = {"transformation", "features", "name", "material", "geometry", "shape", "is_support"}
 _OF_MESH: Final = {*{"vertex", "face", "attributes", "default_vertex_attributes", "max_vertex", "max_face"}, *_DEFAULTS}
 
 
 def read_compas(reading: LoadReading, options: Import) -> ImportedLoad:
-    """Read the blocks of an assembly, in the order of its nodes. Raises UnreadableLoadError."""
-    metre, density = metre_of(reading, options), density_of(reading, options)
+    """Read the blocks of an assembly or a model, in the order of its nodes. Raises UnreadableLoadError."""
+    metre = metre_of(reading, options)
     json = json_text(reading)
-    assembly = _data(json, json.root, "the assembly")
-    nodes: dict[str, Node] = {}
-    if assembly is not None:
-        members = json.mapping(assembly, "`data`")
-        json.skip_others(members, _OF_ASSEMBLY, set())
-        graph = json.member(assembly, members, "graph", "`data` of the assembly")
-        data = _data(json, graph, "the graph") if graph else None
-        if data is not None:
-            of_graph = json.mapping(data, "`data` of the graph")
-            _skip_others(json, of_graph, _OF_GRAPH, {"edge": "interfaces"})
-            node = json.member(data, of_graph, "node", "`data` of the graph")
-            nodes = json.mapping(node, "`node`") if node else {}
     blocks = _Blocks(json, UnitReader(reading, metre), options)
-    meshes = list(blocks.meshes(nodes))
+    root = _data(json, json.root, "the assembly")
+    members = json.mapping(root, "`data`") if root is not None else {}
+    if root is not None and "model" in members:
+        json.skip_others(members, _OF_PROBLEM, set())
+        root = _data(json, members["model"], "the model")
+        members = json.mapping(root, "`data` of the model") if root is not None else {}
+    densities: dict[str, Fraction] = {}  # of blocks whose material the file gives
+    meshes: list[ImportedMesh] = []
+    if root is not None and "elements" in members:
+        json.skip_others(members, _OF_MODEL, set())
+        meshes = list(blocks.elements(root, members, densities))
+    elif root is not None:
+        json.skip_others(members, _OF_ASSEMBLY, set())
+        meshes = list(blocks.meshes(_nodes(json, root, members)))
+    density = Fraction(1)
+    if options.density is not None or any(mesh.name not in densities for mesh in meshes):
+        density, densities = density_of(reading, options), {}
     reading.end()
-    bricks = [solid_brick(reading, mesh, density) for mesh in meshes]
+    bricks = [solid_brick(reading, mesh, densities.get(mesh.name, density)) for mesh in meshes]
     return reading.load([brick for brick in bricks if brick is not None])
+
+
+def _nodes(json: JsonText, owner: Node, members: Mapping[str, Node]) -> Mapping[str, Node]:
+    """Return the nodes of the graph of an assembly or a model."""
+    graph = json.member(owner, members, "graph", "`data` of the assembly")
+    data: Node | None = graph
+    if graph is not None and "data" in json.mapping(graph, "the graph"):
+        data = _data(json, graph, "the graph")
+    if data is None:
+        return {}
+    of_graph = json.mapping(data, "`data` of the graph")
+    _skip_others(json, of_graph, _OF_GRAPH, {"edge": "interfaces"})
+    node = json.member(data, of_graph, "node", "`data` of the graph")
+    return json.mapping(node, "`node`") if node else {}
 
 
 def _data(json: JsonText, node: Node, label: str) -> Node | None:
@@ -397,6 +428,71 @@ class _Blocks:
             mesh = self._mesh(name, node, data) if data is not None else None
             if mesh is not None:
                 yield mesh
+
+    def elements(
+        self, root: Node, members: Mapping[str, Node], densities: dict[str, Fraction]
+    ) -> Iterator[ImportedMesh]:
+        """Yield the mesh of each element of a model, and note the densities of the materials that it gives."""
+        json = self._json
+        made_of = {key: self._density(node) for key, node in self._keyed(members.get("materials"), "a material")}
+        elements = dict(self._keyed(members["elements"], "an element"))
+        materials = members.get("element_material")
+        outside = json.mapping(materials, "`element_material`") if materials is not None else {}
+        for key, node in _nodes(json, root, members).items():
+            of_node = json.mapping(node, "the node")
+            json.skip_others(of_node, {"element"}, {"transformation"})
+            element = json.member(node, of_node, "element", "the node")
+            guid = element.value if element is not None else None
+            if element is None or not isinstance(guid, str) or guid not in elements:
+                self._wrong(element or node, "the node refers to an element that the model does not have", "correct it")
+                continue
+            name = brick_name(f"block-{key}", "block")
+            if name in json.reading.ignored:
+                json.reading.skip(name, json.span(node), harmless=False)
+                continue
+            data = _data(json, elements[guid], "the element")
+            if data is None:
+                continue
+            of_element = json.mapping(data, "`data` of the element")
+            json.skip_others(of_element, _OF_ELEMENT, set())
+            self._admit_unmoved(of_element, "the element")
+            self._check_support(name, of_element.get("is_support"))
+            shape = of_element.get("geometry") or json.member(data, of_element, "shape", "`data` of the element")
+            mesh_data = _data(json, shape, "the mesh") if shape is not None else None
+            mesh = self._mesh(name, elements[guid], mesh_data) if mesh_data is not None else None
+            material = of_element.get("material") or outside.get(guid)
+            density = made_of.get(material.value) if material is not None and isinstance(material.value, str) else None
+            if density is not None:
+                densities[name] = density
+            if mesh is not None:
+                yield mesh
+        self._admit_unmoved(members, "the model")
+
+    def _admit_unmoved(self, members: Mapping[str, Node], label: str) -> None:
+        """Report what changes the shape or the place of an element."""
+        for key in ("transformation", "features"):
+            if key in members and members[key].value not in (None, [], {}):
+                self._wrong(members[key], f"the `{key}` of {label} is not supported", "apply it, and export the model")
+
+    def _keyed(self, node: Node | None, label: str) -> Iterator[tuple[str, Node]]:
+        """Yield the objects of a mapping by key, or of a list by their `guid`."""
+        if node is None:
+            return
+        if isinstance(node.value, dict):
+            yield from node.value.items()
+            return
+        for each in self._json.items(node, f"the list of which {label} is part"):
+            guid = self._json.mapping(each, label).get("guid")
+            if guid is not None and isinstance(guid.value, str):
+                yield guid.value, each
+
+    def _density(self, material: Node) -> Fraction | None:
+        """Return the density of a material [kg/m3]; None if it gives none."""
+        data = _data(self._json, material, "the material")
+        density = self._json.mapping(data, "`data` of the material").get("density") if data is not None else None
+        if density is None or density.value is None:
+            return None
+        return self._units.density_of(self._json, density, "the density")
 
     def _check_support(self, name: str, is_support: Node | None) -> None:
         """Report a support, unless the author has decided how supports are imported."""

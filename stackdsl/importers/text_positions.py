@@ -336,6 +336,7 @@ def number_of(text: str) -> tuple[Fraction, Fraction] | None:
 
 FURTHEST: Final = Fraction(10_000)  # [m]
 SHORTEST: Final = Fraction(1, 1_000_000)  # [m]
+DENSEST: Final = Fraction(1_000_000)  # [kg/m3]
 HEAVIEST: Final = Fraction(1_000_000_000)  # [kg]
 ROUGHEST: Final = 10  # Coulomb coefficient
 
@@ -419,6 +420,15 @@ class UnitReader:
         """Return the mass of a JSON value [kg]."""
         text = self._text(json, node, label)
         return None if node is None or text is None else self.mass(text, json.span(node), label)
+
+    def density_of(self, json: JsonText, node: Node, label: str) -> Fraction | None:
+        """Return a density [kg/m3], which is positive and at most that of matter."""
+        text = self._text(json, node, label)
+        number = self.number(text, json.span(node), label) if text is not None else None
+        if number is not None and not 0 < number[0] <= DENSEST:
+            self.reading.wrong(json.span(node), f"{label} of {text} is not a valid density", "write a positive number")
+            return None
+        return number[0] if number is not None else None
 
     def _length(self, json: JsonText, node: Node | None, label: str, side: bool) -> Fraction | None:
         text = self._text(json, node, label)

@@ -1,6 +1,6 @@
 """Division of solids with flat faces into convex parts: volume, moments and refusals."""
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -129,3 +129,16 @@ def test_a_curved_solid_of_too_many_faces_is_refused_with_a_remedy() -> None:
     loops = [[x * grid + y, (x + 1) * grid + y, x * grid + y + 1] for x in range(grid - 1) for y in range(grid - 1)]
     with pytest.raises(NotASolidError, match="2025 triangles; the maximum"):
         convex_parts(points, loops)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_block_with_warped_faces_has_the_volume_that_its_triangles_enclose(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    corners = [(float(x), float(y), float(z)) for x, y, z in product((0, 1), repeat=3)]
+    shift = [10.0 ** random.uniform(-4.0, -1.0) * random.uniform(-1.0, 1.0, 3) for _ in corners]
+    points = [(x + a, y + b, z + c) for (x, y, z), (a, b, c) in zip(corners, shift, strict=True)]
+    loops = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    enclosed = (
+        sum(np.linalg.det([points[a], points[b], points[c]]) for a, *rest in loops for b, c in pairwise(rest)) / 6.0
+    )
+    assert body_of_mesh(points, loops).shape.volume == pytest.approx(enclosed, rel=1e-4)

@@ -110,6 +110,88 @@ def test_parts_of_an_assembly_other_than_blocks_are_named() -> None:
     assert read(glued, SAID["compas"] | {"ignore": ["glued"]}).boxes
 
 
+def model(listed: bool, change: Callable[[dict[str, Any]], object] = lambda _: None) -> str:
+    """The blocks of the assembly as a model of compas_dem; `listed` as its first versions wrote it."""
+    nodes = json.loads(TEXTS["compas"])["data"]["graph"]["data"]["node"]
+    elements = {
+        f"guid-{key}": {
+            "dtype": "compas_dem.elements/Block",
+            "data": {
+                "transformation": None,
+                "features": [],
+                "name": "Block",
+                "shape" if listed else "geometry": node["block"],
+                "is_support": node.get("is_support", False),
+                "material": "stone",
+            },
+            "guid": f"guid-{key}",
+        }
+        for key, node in nodes.items()
+    }
+    stone = {"dtype": "compas_dem.material/Stone", "data": {"density": 2000}, "guid": "stone"}
+    data = {
+        "transformation": None,
+        "elements": [*elements.values()] if listed else elements,
+        "materials": [stone] if listed else {"stone": stone},
+        "graph": {"node": {key: {"element": f"guid-{key}"} for key in nodes}, "edge": {}},
+    }
+    change(data)
+    return json.dumps({"dtype": "compas_dem.models/BlockModel", "data": data}, indent=1)
+
+
+@pytest.mark.parametrize("listed", [True, False])
+def test_a_model_of_compas_dem_has_the_blocks_of_the_assembly_with_the_density_of_their_material(listed: bool) -> None:
+    said = {key: value for key, value in SAID["compas"].items() if key != "density"}
+    blocks, same = read(model(listed), said).boxes, read(TEXTS["compas"], SAID["compas"]).boxes
+    assert [(each.name, each.size, each.centre) for each in blocks] == [
+        (each.name, each.size, each.centre) for each in same
+    ]
+    assert [float(each.mass) for each in blocks] == pytest.approx([float(each.mass) * 2000 / 2400 for each in same])
+    assert [each.mass for each in read(model(listed), SAID["compas"]).boxes] == [each.mass for each in same]
+
+
+def test_a_problem_of_compas_dem_has_its_model_and_names_the_loads_beside_it() -> None:
+    inner = json.loads(model(listed=False))
+    whole = {"dtype": "compas_dem.problem/Problem", "data": {"model": inner, "boundary_conditions": {}}}
+    text = json.dumps(whole, indent=1)
+    (found,) = mistakes(text, SAID["compas"])
+    assert (found.code, found.message) == ("SD115", "'boundary_conditions' is not supported")
+    assert len(read(text, SAID["compas"] | {"ignore": ["boundary_conditions"]}).boxes) == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda data: data["graph"]["node"]["1"].update(element="other"), "the node refers to an element that"),
+        (
+            lambda data: data.update(transformation=[[1, 0], [0, 1]]),
+            "the `transformation` of the model is not supported",
+        ),
+        (lambda data: data["elements"]["guid-1"]["data"].update(features=[1]), "the `features` of the element is not"),
+        (lambda data: data["materials"]["stone"]["data"].update(density=0), "the density of 0 is not a valid density"),
+        (lambda data: data["materials"]["stone"]["data"].update(density="2"), "the density must be a number"),
+        (lambda data: data.update(elements=3), "the list of which an element is part is 3 instead of a list"),
+        (lambda data: data.pop("materials"), "the file does not give the masses of its blocks"),
+    ],
+)
+def test_mistakes_of_a_model_are_named(change: Callable[[dict[str, Any]], object], message: str) -> None:
+    said = {key: value for key, value in SAID["compas"].items() if key != "density"}
+    assert any(message in found.message for found in mistakes(model(listed=False, change=change), said))
+
+
+def test_faces_that_a_file_lists_twice_count_once() -> None:
+    text = TEXTS["obj"]
+    faces = "\n".join(line for line in text.splitlines() if line.startswith("f "))
+    first = text.splitlines().index(faces.splitlines()[0])
+    lines = text.splitlines()
+    end = next((n for n in range(first, len(lines)) if not lines[n].startswith("f ")), len(lines))
+    turned = [" ".join(("f", *line.split()[2:], line.split()[1])) for line in lines[first:end]]
+    twice = "\n".join((*lines[:end], *turned, *lines[end:]))
+    assert [(box.size, box.mass) for box in read(twice, SAID["obj"]).boxes] == [
+        (box.size, box.mass) for box in read(text, SAID["obj"]).boxes
+    ]
+
+
 def test_a_corner_without_a_coordinate_has_the_usual_one() -> None:
     def leave_out(graph: dict[str, Any]) -> None:
         del graph["node"]["0"]["block"]["data"]["vertex"]["0"]["x"]
