@@ -10,9 +10,9 @@ from stability.geometry.solid_making import FramedSolid, solid_of_corners
 from stability.geometry.vectors import add, rotate
 from stability.model import Brick, Pose, Vec3
 from stability.problem import Placed
-from stability.statics.assembly import Assembly
+from stability.statics.assembly import LEVEL_GROUND, Assembly
 from stackdsl.importers.formats import read_load
-from stackdsl.importers.load import Exact3, ImportedBox
+from stackdsl.importers.load import Exact3, ImportedBox, ImportedLoad
 from stackdsl.language.imports import Import
 
 
@@ -28,10 +28,19 @@ def own_assembly(path: Path, supports: Collection[int], friction: float, turn: f
         }
     )
     load = read_load(path.read_bytes(), path.name, asked)
-    fixed = {f"block-{node}" for node in supports}
+    return assembly_of(load, {f"block-{node}" for node in supports}, friction, turn)
+
+
+def assembly_of(
+    load: ImportedLoad, fixed: Collection[str], friction: float, turn: float = 0.0
+) -> tuple[Assembly, list[Placed]]:
+    """Return fixed and other blocks of a load, rotated about y [rad]; they stand on the ground if none is fixed."""
     bricks = [_placed(box, turn) for box in load.boxes]
     tables = [each for each in bricks if each.brick.id in fixed]
-    return Assembly((), friction, tables=tables, overlap=inf), [each for each in bricks if each.brick.id not in fixed]
+    planes = () if tables else (LEVEL_GROUND,)
+    return Assembly(planes, friction, tables=tables, overlap=inf), [
+        each for each in bricks if each.brick.id not in fixed
+    ]
 
 
 def _placed(box: ImportedBox, turn: float) -> Placed:

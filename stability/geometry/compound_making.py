@@ -14,6 +14,7 @@ from stability.model import IDENTITY, ConvexShape, Face, Pose, Quaternion, Vec3
 
 # Share of the least thickness: parts this close touch, and may overlap by this much. Files have six decimals.
 SEAM: Final = 1e-4
+ROUNDED: Final = 2e-6  # share of the extent of the body: the same for parts that are slivers
 ALIGNED: Final = 1e-12  # share of the moments: smaller products of inertia are rounding
 
 
@@ -117,9 +118,14 @@ def _principal(parts: Sequence[Part], volumes: Sequence[float], centroid: Vec3) 
 def _admit_joined(placed: Sequence[tuple[ConvexShape, Pose]], least: float) -> None:
     """Raise NotASolidError unless the parts touch, directly or through others, and do not overlap."""
     bodies = [in_place(shape, place) for shape, place in placed]
+    lows, highs = zip(*((body.low_W, body.high_W) for body in bodies), strict=True)
+    extent = max(
+        max(high) - min(low) for low, high in zip(zip(*lows, strict=True), zip(*highs, strict=True), strict=True)
+    )
+    rounding = max(least, ROUNDED * extent)
     of = list(range(len(bodies)))  # the lowest part that each is known to be joined with
     for one, other in combinations(range(len(bodies)), 2):
-        seam = max(least, SEAM * min(placed[one][0].least_thickness, placed[other][0].least_thickness))
+        seam = max(rounding, SEAM * min(placed[one][0].least_thickness, placed[other][0].least_thickness))
         if any(
             low > high + seam
             for a, b in ((bodies[one], bodies[other]), (bodies[other], bodies[one]))

@@ -6,6 +6,7 @@ the solid or outside it. The cells inside are joined in pairs as long as their u
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import chain, combinations, count, pairwise, product
 from typing import Final
 
@@ -35,6 +36,7 @@ MOST_WORK: Final = 60_000  # pieces of faces that are cut, in some seconds
 TRIED: Final = 24  # planes of which the best is chosen for a cut
 ON_PLANE: Final = 1e-5  # share of the extent: corners of files this near to a plane lie on it
 EMPTY: Final = 1e-9  # share of the cubed extent: a smaller cell is rounding
+SLIVER: Final = 1e-5  # share of the cubed extent: a part that may be left out if it cannot be made
 BOX_CORNERS: Final = 8
 SLOPPY: Final = (2e-5, 1e-4, 5e-4)  # shares of the extent within which corners of a part are merged
 DENTED: Final = 1e-3  # share of the volume of its hull that a solid clearly lacks
@@ -79,7 +81,8 @@ def body_of_mesh(
                 raise
         parts = convex_parts(points, loops)
         extent = max(max(along) - min(along) for along in zip(*chain(*parts), strict=True))
-        return compound([_part(corners, extent) for corners in parts], centre_of_mass, SLOPPY[-1] * extent)
+        made = [_part(corners, extent) for corners in parts]
+        return compound([part for part in made if part is not None], centre_of_mass, SLOPPY[-1] * extent)
 
 
 def bent_prism(
@@ -134,10 +137,11 @@ def _is_dented(points: Sequence[Vec3], loops: Sequence[Sequence[int]]) -> bool:
     return 0.0 < integrals(points, loops).volume < (1.0 - DENTED) * float(hull.volume)
 
 
-def _part(corners: Sequence[Vec3], extent: float) -> tuple[ConvexShape, Pose]:
+def _part(corners: Sequence[Vec3], extent: float) -> tuple[ConvexShape, Pose] | None:
     """Return the solid of these corners with the place of its centre of mass; a box if it is one along the axes.
 
-    Corners that are nearly at one place, where faces are nearly in one plane, are merged. Raises NotASolidError.
+    Corners that are nearly at one place, where faces are nearly in one plane, are merged; None if nothing remains of a
+    sliver. Raises NotASolidError.
     """
     spans = [(min(along), max(along)) for along in zip(*corners, strict=True)]
     slack = ON_PLANE * max(high - low for low, high in spans)
@@ -155,6 +159,8 @@ def _part(corners: Sequence[Vec3], extent: float) -> tuple[ConvexShape, Pose]:
         except (NotASolidError, QhullError):
             continue
         return made.shape, Pose(made.centre_of_mass)
+    if _volume(np.array(corners)) <= SLIVER * extent**3:
+        return None
     raise _curved("faces of the solid that are nearly in one plane cannot be distinguished")
 
 
@@ -194,11 +200,24 @@ def _vector(point: Array) -> Vec3:
 
 def _triangles(points: Array, loops: Sequence[Sequence[int]]) -> Array:
     """Return the triangles of faces, as fans (n, 3, 3); those of a dented face cancel each other where they overlap."""
-    fans = [(loop[0], start, end) for loop in loops for start, end in pairwise(loop[1:])]
+    fans = [
+        (loop[0], start, end) for loop in map(partial(_from_best, points), loops) for start, end in pairwise(loop[1:])
+    ]
     triangles = points[np.array(fans, dtype=int)]
     areas = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
     kept: Array = triangles[areas > 0.0]
     return kept
+
+
+def _from_best(points: Array, loop: Sequence[int]) -> Sequence[int]:
+    """Return a face from a corner that sees all of it, if it has one: warped triangles that overlap do not cancel."""
+    corners = points[list(loop)] - points[loop[0]]
+    normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+    for start in range(len(loop)):
+        arms = np.roll(corners, -start, axis=0)[1:] - corners[start]
+        if (np.cross(arms[:-1], arms[1:]) @ normal >= 0.0).all():
+            return [*loop[start:], *loop[:start]]
+    return loop
 
 
 def _planes(triangles: Array) -> tuple[Array, Array, list[_Piece]]:

@@ -24,7 +24,7 @@ SHARED: Final = 0.05  # share of the smaller of two faces that they have at leas
 ROUNDS: Final = 40  # a dozen suffice; where joints say nearly the same twice, each halves the residual
 WHOLE: Final = 5  # rounds that find the whole moves anew; the later ones correct them
 RANK: Final = 1e-10  # ratio of singular values below which joints say the same twice
-CLOSED: Final = 1e-8  # [m] residual of a joint that is closed
+CLOSED: Final = 1e-8  # residual of a joint that is closed [m]; of stones larger than a metre, a share of their size
 STILL: Final = 1e-12  # share of the size of a stone: a smaller move is rounding
 GROUND: Final = -1  # index of the ground
 MOST_STONES: Final = 300  # the time grows with the cube of their number; 300 take a minute
@@ -80,8 +80,9 @@ def with_closed_joints(load: ImportedLoad, within: Fraction) -> ClosedLoad:
     joints = list(_joints(stones, float(within)))
     moves = _least_moves(stones, joints)
     residuals = _heights(joints, _frames(stones, moves))
+    within_rounding = _residual(stones)
     for joint, heights in zip(joints, residuals, strict=True):
-        if np.abs(heights).max() > CLOSED:
+        if np.abs(heights).max() > within_rounding:
             other = "the ground" if joint.on == GROUND else f"'{_name(load.boxes[joint.on])}'"
             message = (
                 f"not all joints can be closed: {1000.0 * np.abs(heights).max():.3g} mm remain between "
@@ -212,6 +213,11 @@ def _heights(joints: Sequence[_Joint], frames: Sequence[tuple[Array, Array, Arra
     return heights
 
 
+def _residual(stones: Sequence[_Stone]) -> float:
+    """Return the largest height of a point over its plane in a joint that is closed [m]."""
+    return CLOSED * max(1.0, *(stone.radius for stone in stones))
+
+
 def _least_moves(stones: Sequence[_Stone], joints: Sequence[_Joint]) -> Array:
     """Return translation and rotation vector of each stone (n, 6) [m, rad]; of least norm as lengths at the corners."""
     from scipy.linalg import lstsq  # noqa: PLC0415 -- few imports need scipy
@@ -221,7 +227,7 @@ def _least_moves(stones: Sequence[_Stone], joints: Sequence[_Joint]) -> Array:
     for number in range(ROUNDS if joints else 0):
         frames = _frames(stones, moves)
         heights = np.concatenate(_heights(joints, frames))
-        if float(np.abs(heights).max()) <= 0.1 * CLOSED:
+        if float(np.abs(heights).max()) <= 0.1 * _residual(stones):
             break
         matrix = _rows(joints, frames, len(stones)) * scale.ravel()
         so_far = (moves / scale).ravel() if number < WHOLE else np.zeros(moves.size)

@@ -372,7 +372,7 @@ def read_compas(reading: LoadReading, options: Import) -> ImportedLoad:
     return reading.load([brick for brick in bricks if brick is not None])
 
 
-def _nodes(json: JsonText, owner: Node, members: Mapping[str, Node]) -> Mapping[str, Node]:
+def _nodes(json: JsonText, owner: Node, members: dict[str, Node]) -> Mapping[str, Node]:
     """Return the nodes of the graph of an assembly or a model."""
     graph = json.member(owner, members, "graph", "`data` of the assembly")
     data: Node | None = graph
@@ -429,9 +429,7 @@ class _Blocks:
             if mesh is not None:
                 yield mesh
 
-    def elements(
-        self, root: Node, members: Mapping[str, Node], densities: dict[str, Fraction]
-    ) -> Iterator[ImportedMesh]:
+    def elements(self, root: Node, members: dict[str, Node], densities: dict[str, Fraction]) -> Iterator[ImportedMesh]:
         """Yield the mesh of each element of a model, and note the densities of the materials that it gives."""
         json = self._json
         made_of = {key: self._density(node) for key, node in self._keyed(members.get("materials"), "a material")}
