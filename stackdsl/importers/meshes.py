@@ -4,6 +4,7 @@ None of the formats states the unit of length, and none gives masses, so the aut
 """
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -109,12 +110,14 @@ def solid_brick(  # noqa: PLR0913 -- the data of formats
 
 
 def merged(corners: Sequence[Exact3], faces: Sequence[Sequence[int]]) -> tuple[list[Exact3], list[tuple[int, ...]]]:
-    """Merge corners at the same position, which files may list once per face, and faces that are listed twice."""
+    """Merge corners at the same position, which files may list once per face, and a surface that is listed twice."""
     places: dict[Exact3, int] = {}
     loops = [tuple(places.setdefault(corners[corner], len(places)) for corner in face) for face in faces]
-    solid = [tuple(dict.fromkeys(loop)) for loop in loops]
-    different = {_from_lowest(loop): loop for loop in reversed(solid) if len(loop) >= LEAST_CORNERS}
-    return list(places), [*different.values()][::-1]
+    solid = [loop for loop in (tuple(dict.fromkeys(loop)) for loop in loops) if len(loop) >= LEAST_CORNERS]
+    times = Counter(map(_from_lowest, solid))
+    if times and min(times.values()) > 1:
+        solid = [*{_from_lowest(loop): loop for loop in reversed(solid)}.values()][::-1]
+    return list(places), solid
 
 
 def _from_lowest(loop: tuple[int, ...]) -> tuple[int, ...]:

@@ -179,7 +179,7 @@ def test_mistakes_of_a_model_are_named(change: Callable[[dict[str, Any]], object
     assert any(message in found.message for found in mistakes(model(listed=False, change=change), said))
 
 
-def test_faces_that_a_file_lists_twice_count_once() -> None:
+def test_a_surface_that_a_file_lists_twice_counts_once() -> None:
     text = TEXTS["obj"]
     faces = "\n".join(line for line in text.splitlines() if line.startswith("f "))
     first = text.splitlines().index(faces.splitlines()[0])
