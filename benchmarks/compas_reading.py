@@ -1,6 +1,7 @@
 """Reads a file of COMPAS as an assembly of exact statics, like `import`, with fixed bodies as supports."""
 
 from collections.abc import Collection
+from dataclasses import replace
 from math import cos, inf, sin
 from pathlib import Path
 
@@ -37,7 +38,7 @@ def assembly_of(
     """Return fixed and other blocks of a load, rotated about y [rad]; they stand on the ground if none is fixed."""
     bricks = [_placed(box, turn) for box in load.boxes]
     tables = [each for each in bricks if each.brick.id in fixed]
-    planes = () if tables else (LEVEL_GROUND,)
+    planes = () if tables else (replace(LEVEL_GROUND, friction=friction),)
     return Assembly(planes, friction, tables=tables, overlap=inf), [
         each for each in bricks if each.brick.id not in fixed
     ]
