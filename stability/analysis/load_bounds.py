@@ -2,12 +2,13 @@
 
 Contact forces are not unique: a plank on three supports may lie on two of them. All forces that the contacts can bear
 and that balance the loads are a convex set. A conic program computes the least sum of normal forces in this set, and
-another one the greatest; both have the same matrix. The dual of each is a motion, and its virtual power proves the
-bound by plain arithmetic (`greatest_sum`): no forces whatever carry more, or less.
+another one the greatest; all of them are solved together (`shared_forces`). The dual of each is a motion, and its
+virtual power proves the bound by plain arithmetic (`greatest_sum`): no forces whatever carry more, or less.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from math import inf, nan
 from typing import TypeVar
@@ -21,8 +22,8 @@ from stability.model import BodyId, Vec3
 from stability.problem import Contact, Motion, Problem, Tolerances, admit_problem, rounded
 from stability.process_settings import one_thread
 from stability.statics.certificate import lies_on
-from stability.statics.conic_program import OffsetSeries, SolverPoint, clarabel_solve, solve
-from stability.statics.equilibrium import INWARDS, factorized_correction, proven_inside, separating_motion
+from stability.statics.conic_program import clarabel_solve
+from stability.statics.equilibrium import proven_inside, separating_motion
 from stability.statics.load_factor import central_forces, least_forces
 from stability.statics.proof import (
     ProofCones,
@@ -33,11 +34,12 @@ from stability.statics.proof import (
     shortfalls_of,
     velocity_rows,
 )
+from stability.statics.shared_forces import SharedForces
 from stability.statics.wrench_matrix import WrenchMatrix, flattened, motion_of, wrench_matrix
 
-ACCURACY = 1e-8  # requested of the solver, whose points are corrected and checked
+ACCURACY = 1e-8  # share of a force to which bounds are computed
+TWICE = 2.0  # a wider bound than this many times the accuracy is sought by a program of its own
 ROUNDING = 1e-12  # share of the fastest speed by which contacts open beyond what a proof requires
-CORRECTIONS = 2  # of forces by the same factorization
 CORNERS_OF_A_FACE = 3
 
 
@@ -49,6 +51,14 @@ class Bound:
     motion: Motion | None  # the proof
     reached: float | None  # the sum of the nearest forces that were found to balance the bricks [N]
     forces_W: Array | None  # (n, 3) these forces, by contact, point and normal [N]
+
+    @property
+    def width(self) -> float:
+        """Return the distance from the bound to what forces reach [N]; infinite if one of them is unknown."""
+        return inf if self.reached is None else abs(self.force - self.reached)
+
+
+UNKNOWN = Bound(inf, None, None, None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +80,14 @@ def loads_on(
     problem: Problem,
     bodies: Collection[BodyId] | None = None,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+    accuracy: float = ACCURACY,
 ) -> dict[BodyId, Carried] | None:
     """Return by body the least and greatest sum of normal forces by which others lie on it; None if it cannot stand.
 
     `bodies` are bricks or fixed bodies of the problem, by default all. Contacts of upright faces side by side do not
-    count, but their pushes and friction may carry weight. Raises LookupError for other names, OtherLawError
-    for round contacts.
+    count, but their pushes and friction may carry weight. Forces that are found reach each bound within a share
+    `accuracy` of the greatest sum, unless rounding prevents it. Raises LookupError for other names, OtherLawError for
+    round contacts.
     """
     admit_problem(problem)
     present = {*problem.bricks, *(contact.lower for contact in problem.contacts)}
@@ -86,7 +98,7 @@ def loads_on(
     for number, contact in enumerate(problem.contacts):
         if contact.lower in onto and lies_on(contact):
             onto[contact.lower].append(number)
-    return _of_groups(problem, onto, tolerances)
+    return _of_groups(problem, onto, tolerances, accuracy)
 
 
 @one_thread()
@@ -94,10 +106,12 @@ def loads_between(
     problem: Problem,
     pairs: Collection[tuple[BodyId, BodyId]] | None = None,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+    accuracy: float = ACCURACY,
 ) -> dict[tuple[BodyId, BodyId], Carried] | None:
     """Return by lower and upper body the least and greatest normal force between them; None if they cannot stand.
 
-    `pairs` are by default all that touch. Raises LookupError for a pair that does not touch, OtherLawError for
+    `pairs` are by default all that touch. Forces that are found reach each bound within a share `accuracy` of the
+    greatest sum, unless rounding prevents it. Raises LookupError for a pair that does not touch, OtherLawError for
     round contacts.
     """
     admit_problem(problem)
@@ -108,7 +122,7 @@ def loads_between(
         if (lower, upper) not in between:
             raise LookupError(f"'{upper}' has no contact on '{lower}'")
     groups = between if pairs is None else {pair: between[pair] for pair in pairs}
-    return _of_groups(problem, groups, tolerances)
+    return _of_groups(problem, groups, tolerances, accuracy)
 
 
 def area_of(contact: Contact) -> float:
@@ -126,48 +140,37 @@ Key = TypeVar("Key", BodyId, tuple[BodyId, BodyId])
 
 
 def _of_groups(
-    problem: Problem, groups: Mapping[Key, Sequence[int]], tolerances: Tolerances
+    problem: Problem, groups: Mapping[Key, Sequence[int]], tolerances: Tolerances, accuracy: float
 ) -> dict[Key, Carried] | None:
     if problem.is_round:
         raise OtherLawError("loads of bricks with round contacts are not supported")
     if problem.ties:
         raise OtherLawError("loads of bricks with ties of unknown tension are not supported")
     bounds = SumBounds(problem, tolerances)
-    found: dict[Key, Carried] = {}
-    for key, contacts in groups.items():
-        both = bounds.of(bounds.weights_of(contacts))
-        if both is None:
-            return None
-        found[key] = Carried(*both, sum(area_of(problem.contacts[number]) for number in contacts))
-    return found
+    found = bounds.of([bounds.weights_of(contacts) for contacts in groups.values()], accuracy)
+    if found is None:
+        return None
+    areas = (sum(area_of(problem.contacts[number]) for number in contacts) for contacts in groups.values())
+    return {key: Carried(*both, area) for key, both, area in zip(groups, found, areas, strict=True)}
 
 
 class SumBounds:
     """Programs of the least and greatest weighted sums of the normal forces of one problem."""
 
     def __init__(self, problem: Problem, tolerances: Tolerances) -> None:
-        """Set up the matrix that all programs share."""
+        """Set up what all programs share."""
         self.problem = problem
         self._tolerances = rounded(problem, tolerances)
         self._system: WrenchMatrix = wrench_matrix(problem, any_law=True)
         self._cones: ProofCones | None = proof_cones(problem)
         self._loads = proof_loads(problem)
         self._normals_W = np.zeros((0, 3)) if self._cones is None else self._cones.normals
-        separating = separating_motion(problem)
-        self._separating = None if separating is None else velocity_rows(self._system.names, separating)
-        self._spare: Array | None = None
-        if self._cones is not None and self._separating is not None:
-            self._spare = -shortfalls_of(self._cones, np.zeros(len(self._normals_W)), self._separating)
+        self._shared = SharedForces(self._system)
         self._sizes = [len(contact.points_W) * len(contact.normals_W) for contact in problem.contacts]
-        # A usual force, in which costs are written [N].
+        # A usual force, in which sums are written [N].
         self._unit = sum(norm(load.force_W) for load in problem.loads.values()) or 1.0
-        rows, system = self._system.rows, self._system
-        self._normal_rows, self._order = rows.normals, np.append(system.round, system.flat)
-        self._transposed = system.matrix.T.tocsr()
-        program = rows.program(-system.loads, -system.matrix, np.zeros(len(rows)))
+        self._order = np.append(self._system.round, self._system.flat)
         self._middle: Array | None = None
-        self._correction: Callable[[Array], Array] | None = None
-        self._series = OffsetSeries(program, ACCURACY)
 
     def weights_of(self, contacts: Collection[int]) -> Array:
         """Return weights of 1 for the forces of some contacts, by number, and of 0 for all others."""
@@ -175,64 +178,71 @@ class SumBounds:
         chosen[list(contacts)] = 1.0
         return np.repeat(chosen, self._sizes)
 
-    def of(self, weights: Array) -> tuple[Bound, Bound] | None:
-        """Return the least and the greatest weighted sum; None if no forces are proven to balance the problem."""
-        if not weights.any():
-            none = Bound(0.0, Motion({}), 0.0, None)
-            return none, none
-        lower, upper = self._greatest(-weights), self._greatest(weights)
-        if lower.forces_W is None and upper.forces_W is None:
-            return None
-        reached = None if lower.reached is None else -lower.reached
-        return replace(lower, force=-lower.force, reached=reached), upper
+    def of(self, weights: Sequence[Array], accuracy: float = ACCURACY) -> list[tuple[Bound, Bound]] | None:
+        """Return the least and the greatest of each weighted sum; None if no forces are proven to balance the problem.
 
-    def _greatest(self, weights: Array) -> Bound:
-        """Return the greatest weighted sum, with forces that reach it nearly and a motion that proves it."""
+        The forces that are found reach a bound within a share `accuracy` of the greatest sum, unless rounding
+        prevents it.
+        """
+        none = Bound(0.0, Motion({}), 0.0, None)
+        some = [each for each in weights if each.any()]
+        upper = self._greatest(some, accuracy, [self._smallest] * len(some))
+        scales = [max(self._smallest, _reached(bound)) for bound in upper]
+        lower = self._greatest([-each for each in some], accuracy, scales)
+        if any(one.forces_W is None and other.forces_W is None for one, other in zip(lower, upper, strict=True)):
+            return None
+        found = iter([(_mirrored(one), other) for one, other in zip(lower, upper, strict=True)])
+        return [next(found) if each.any() else (none, none) for each in weights]
+
+    def _greatest(self, weights: Sequence[Array], accuracy: float, scales: Sequence[float]) -> list[Bound]:
+        """Return the greatest weighted sums, with forces that nearly reach them and motions that prove them."""
+        found = [UNKNOWN] * len(weights)
+        if weights and self._shared.has_centre:
+            sums = np.stack([self._rows_of(each) for each in weights], axis=1)
+            points = self._shared.greatest(sums, accuracy, np.array(scales) / self._unit)
+            found = [self._bound(*each) for each in zip(weights, points.rows.T, points.columns.T, strict=True)]
+        wide = [
+            not bound.width <= TWICE * accuracy * max(scale, bound.force)
+            for bound, scale in zip(found, scales, strict=True)
+        ]
+        return [
+            _closer(bound, self._alone(each)) if is_wide else bound
+            for bound, each, is_wide in zip(found, weights, wide, strict=True)
+        ]
+
+    def _alone(self, weights: Array) -> Bound:
+        """Return the greatest weighted sum by a program of its own."""
         system = self._system
-        cost = np.zeros(len(system.rows))
-        cost[self._normal_rows] = -weights[self._order] / self._unit
-        cost *= system.row_scale
-        point = self._solved(cost)
-        if isinstance(point, str):
-            return Bound(inf, None, None, None)
-        rows, columns = (point.dual, point.x) if system.bounded is None else (point.x, point.dual[: len(system.loads)])
+        point = least_forces(system, system.loads, -self._rows_of(weights), ACCURACY, clarabel_solve)
+        return UNKNOWN if isinstance(point, str) else self._bound(weights, point.x, point.dual[: len(system.loads)])
+
+    def _rows_of(self, weights: Array) -> Array:
+        """Return the weights of the rows, by which their forces add up to a share of the usual force."""
+        rows = np.zeros(len(self._system.rows))
+        rows[self._system.rows.normals] = weights[self._order] / self._unit
+        return rows * self._system.row_scale
+
+    def _bound(self, weights: Array, rows: Array, columns: Array) -> Bound:
+        """Return what proven forces near the given ones reach, and what a motion near the given one permits."""
         forces_W = self._balanced(rows)
         reached = None if forces_W is None else float(weights @ np.einsum("ij,ij->i", forces_W, self._normals_W))
         velocity = self._proof(weights, columns)
         if velocity is None or self._cones is None:
             return Bound(inf, None, reached, forces_W)
         force = greatest_pressed(self._cones, self._loads, weights, velocity)
-        return Bound(force, motion_of(system.names, velocity[:-1]), reached, forces_W)
-
-    def _solved(self, cost: Array) -> SolverPoint | str:
-        """Return the forces of least cost and their motion; without bounded forces, as the dual of the motion."""
-        if self._system.bounded is not None:
-            return least_forces(self._system, self._system.loads, cost, ACCURACY, clarabel_solve)
-        return solve(self._series.program, ACCURACY, lambda *_: self._series.solve(cost))
+        return Bound(force, motion_of(self._system.names, velocity[:-1]), reached, forces_W)
 
     def _balanced(self, rows: Array) -> Array | None:
         """Return (n, 3) forces near the given ones that are proven to balance the problem [N]."""
-        for share in INWARDS:
-            forces_W = self._corrected(rows + share * (self._central() - rows))
-            if forces_W is not None:
-                return forces_W
+        if self._cones is None or not np.isfinite(rows).all():
+            return None
+        forces_W = self._system.forces_W(rows)
+        if check_pressed(self._cones, self._loads, forces_W, self._tolerances).holds:
+            return forces_W
         forces = proven_inside(self.problem, self._system, rows, self._central, self._tolerances)
         return None if forces is None else flattened(forces)
 
-    def _corrected(self, rows: Array) -> Array | None:
-        """Return forces without their residual, by the factorization of the central forces, if they are proven."""
-        system = self._system
-        if self._correction is None:
-            self._correction = factorized_correction(system, self._central())
-        if self._correction is None or self._cones is None or not np.isfinite(rows).all():
-            return None
-        rows = system.project(rows)
-        for _ in range(CORRECTIONS):
-            rows = rows + self._correction(self._transposed @ rows + system.loads)
-        forces_W = system.forces_W(rows)
-        return forces_W if check_pressed(self._cones, self._loads, forces_W, self._tolerances).holds else None
-
-    def _central(self) -> Array:
+    def _central(self) -> Array | None:
         """Return forces far within all limits."""
         if self._middle is None:
             middle = central_forces(self._system, self._system.loads, ACCURACY, clarabel_solve)
@@ -248,8 +258,42 @@ class SumBounds:
         short = shortfalls_of(self._cones, weights, velocity)
         if not (short > 0.0).any():
             return velocity
-        if self._separating is None or self._spare is None:
+        if self._separating is None:
             return None
+        separating, spare = self._separating
         fastest = float(np.abs(velocity[:, :3]).max(initial=0.0))
-        rate = float(((short + ROUNDING * (1.0 + fastest)) / self._spare).max())
-        return velocity + rate * self._separating
+        rate = float(((short + ROUNDING * (1.0 + fastest)) / spare).max())
+        return velocity + rate * separating
+
+    @cached_property
+    def _separating(self) -> tuple[Array, Array] | None:
+        """Return velocities that open all contacts, and how fast [m/s]."""
+        motion = separating_motion(self.problem)
+        if motion is None or self._cones is None:
+            return None
+        velocity = velocity_rows(self._system.names, motion)
+        return (
+            None
+            if velocity is None
+            else (velocity, -shortfalls_of(self._cones, np.zeros(len(self._normals_W)), velocity))
+        )
+
+    @cached_property
+    def _smallest(self) -> float:
+        """Return the smallest load of a brick [N], below which forces need not be told apart."""
+        return min((norm(load.force_W) for load in self.problem.loads.values()), default=0.0)
+
+
+def _closer(one: Bound, other: Bound) -> Bound:
+    """Return the closer bound of both, with the closer forces."""
+    bound, forces = min(one, other, key=lambda each: each.force), max(one, other, key=_reached)
+    return replace(bound, reached=forces.reached, forces_W=forces.forces_W)
+
+
+def _reached(bound: Bound) -> float:
+    return -inf if bound.reached is None else bound.reached
+
+
+def _mirrored(bound: Bound) -> Bound:
+    """Return the least sum from the greatest one of opposite weights."""
+    return replace(bound, force=-bound.force, reached=None if bound.reached is None else -bound.reached)

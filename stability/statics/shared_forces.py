@@ -1,0 +1,427 @@
+"""Greatest sums of the forces that balance one set of loads: many conic programs with the same constraints.
+
+An interior-point method of our own solves them together. The forces that contacts can bear and that balance the loads
+are a convex set, which is bounded if some motion opens all contacts. Its analytic centre is computed once, and with it
+such a motion: for any sum, a multiple of this motion and forces near the centre lie close to the central path. All
+forces after that balance the loads and all motions are admissible, so a program stops as soon as the sum that its
+forces reach is close enough to the sum that its motion permits. A step costs one banded factorization, and all other
+arithmetic is done for a batch of programs at once.
+
+The steps are those of Mehrotra in the scaling of Nesterov and Todd: Andersen, Roos and Terlaky, "On implementing a
+primal-dual interior-point method for conic quadratic optimization", Mathematical Programming 95 (2003).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, nan
+from typing import Final, Self, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stability.geometry.rows import Array, Indices
+from stability.statics.conic_program import Matrix, clarabel_solve
+from stability.statics.load_factor import central_forces
+from stability.statics.wrench_matrix import WrenchMatrix
+from stability.work_limit import add_program
+
+BATCH: Final = 16  # programs at once: their numbers stay in the cache of a core
+MOST_ENTRIES: Final = 4_000_000  # of all banded matrices of a batch; a larger one is left to a sparse solver
+ROUGH: Final = 1e-8  # accuracy of the forces from which the centre is found
+CENTRED: Final = 1e-3  # largest step at the centre, in the local norm
+MOST_CENTRINGS: Final = 50
+MOST_STEPS: Final = 60
+SHORTEST: Final = 1e-3  # a program that takes a shorter step gains nothing more
+WITHIN: Final = 0.995  # share of the way to the border that a step may take
+TOWARDS_CENTRE: Final = 0.7  # likewise of a step to the centre
+AT_START: Final = 0.9  # distance from the centre at which a program starts, in the local norm
+ROUNDING: Final = 1e-14  # share that is added to the diagonal of a matrix that may be singular within rounding
+AT_ONCE: Final = 0.5  # share of the permitted difference at which a sum is known from the start
+CORRECTIONS: Final = 2
+STARTS: Final = 24  # bricks from which an order is tried
+OF_A_BRICK: Final = 6  # columns
+SIGNS: Final = np.array([1.0, -1.0, -1.0]).reshape(3, 1, 1)
+PAIRS: Final = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of a symmetric matrix of three rows
+
+Vectors: TypeAlias = Array  # (3, cones, programs) normal and tangential parts, in which cones have unit slope
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Greatest:
+    """Forces and motions that bound sums from below and from above."""
+
+    rows: Array  # (rows, programs) forces that balance the loads
+    columns: Array  # (columns, programs) admissible motions
+
+
+class SharedForces:
+    """All forces that contacts can bear and that balance the loads of a system."""
+
+    def __init__(self, system: WrenchMatrix) -> None:
+        """Order the columns and find the centre, if there is one."""
+        round_, flat, count = system.rows.round, system.rows.flat, len(system.rows)
+        normals = system.rows.normals
+        none = np.full(flat, count)  # an empty row
+        self._places = np.stack([normals, *(np.append(normals[:round_] + axis, none) for axis in (1, 2))])
+        self._count = count
+        self._order = _narrow_order(system)
+        self._loads = -system.loads[self._order][:, None]
+        self._matrix = _with_empty_row(system.matrix)[self._places.ravel()][:, self._order].tocsr()
+        self._transposed = self._matrix.T.tocsr()
+        self._square = _BandedSquare(self._matrix, round_ + flat, _columns_of(system, self._order))
+        self._batch = min(BATCH, MOST_ENTRIES // self._square.entries)
+        self._centre = self._centred(system) if self._batch and _are_cones(system) else None
+
+    @property
+    def has_centre(self) -> bool:
+        """Return whether sums can be computed: all contacts are cones, and none is forced to its border."""
+        return self._centre is not None
+
+    def greatest(self, sums: Array, accuracy: float, least: Array) -> Greatest:
+        """Return forces and motions between whose values of `sums` (rows, programs) the greatest ones lie.
+
+        These values differ at most by `accuracy`, as a share of the value or of `least` (programs,) if that is greater,
+        unless rounding prevents it. Raises TooMuchWorkError.
+        """
+        forces, motions = np.empty((3, self._places.shape[1], len(least))), np.empty((len(self._order), len(least)))
+        for first in range(0, len(least), self._batch):
+            some = slice(first, first + self._batch)
+            of_sums = self._vectors(sums[:, some])
+            forces[..., some], motions[:, some] = self._optimized(of_sums, accuracy, least[some])
+        rows, columns = np.empty((self._count + 1, len(least))), np.empty_like(motions)
+        rows[self._places] = forces
+        columns[self._order] = motions
+        return Greatest(rows[:-1], columns)
+
+    def _optimized(self, sums: Vectors, accuracy: float, least: Array) -> tuple[Vectors, Array]:
+        """Return forces and motions of some programs."""
+        for _ in least:
+            add_program(self._matrix.nnz)
+        forces, motions = self._start(sums, accuracy * least)
+        points = _Points(forces, motions, sums, least)
+        for _ in range(MOST_STEPS):
+            slips = self._slips(points.motions) - points.sums
+            gap, value = _total(points.forces * slips), _total(points.forces * points.sums)
+            wide = gap > accuracy * np.maximum(np.abs(value), points.least)
+            points.keep(wide)
+            if not wide.any():
+                break
+            forces, motions, length = self._step(points, slips[..., wide], gap[wide])
+            moves = length > SHORTEST
+            points.keep(moves)
+            points.forces, points.motions = forces[..., moves], motions[:, moves]
+        points.keep(np.zeros(len(points.least), dtype=bool))
+        return self._corrected(points.last_forces), points.last_motions
+
+    def _start(self, sums: Vectors, permitted: Array) -> tuple[Vectors, Array]:
+        """Return forces and motions near the central path, as near to its end as the centre allows.
+
+        Sums that nothing can change by more than is `permitted` (programs,) end there.
+        """
+        centre, opening, scaling, factors = self._centre
+        near = factors.solve(self._onto(scaling.squared(sums)))
+        rest = scaling.factor(sums - self._slips(near))
+        share = np.maximum(_farthest(rest) / AT_START, AT_ONCE * permitted / centre.shape[1])
+        return self._corrected(centre + scaling.factor(rest) / share), share * opening + near
+
+    def _step(self, points: "_Points", slips: Vectors, gap: Array) -> tuple[Vectors, Array, Array]:
+        """Return the next forces and motions, and the length of the shorter of both steps, up to 1."""
+        forces = points.forces
+        scaling = _Scaling.between(forces, slips)
+        factors = self._square.factorized(scaling)
+        missing = self._loads - self._onto(forces)
+        turn = self._slips(factors.solve(-self._loads))  # towards slips and forces of no product
+        change = -forces - scaling.squared(turn)
+        ahead = np.minimum(1.0, np.minimum(_length(forces, change), _length(slips, turn)))
+        both = scaling.factor(slips)
+        product = _product(both, both) + _product(scaling.inverse(change), scaling.factor(turn))
+        product[0] -= (1.0 - ahead) ** 3 * gap / forces.shape[1]
+        wanted = scaling.factor(_quotient(-product, both))
+        faster = factors.solve(self._onto(wanted) - missing)
+        turn = self._slips(faster)
+        change = wanted - scaling.squared(turn)
+        lengths = [np.minimum(1.0, WITHIN * _length(*each)) for each in ((forces, change), (slips, turn))]
+        return forces + lengths[0] * change, points.motions + lengths[1] * faster, np.minimum(*lengths)
+
+    def _corrected(self, forces: Vectors) -> Vectors:
+        """Return forces without the errors of rounding by which they do not balance the loads."""
+        _, _, scaling, factors = self._centre
+        for _ in range(CORRECTIONS):
+            forces = forces + scaling.squared(self._slips(factors.solve(self._loads - self._onto(forces))))
+        return forces
+
+    def _centred(self, system: WrenchMatrix) -> tuple[Vectors, Array, "_Scaling", "_Factors"] | None:
+        """Return the analytic centre and its motion, scaling and factors, by Newton's method; None if there is none."""
+        rough = central_forces(system, system.loads, ROUGH, clarabel_solve)
+        if isinstance(rough, str):
+            return None
+        forces = self._vectors(rough[:, None])
+        for _ in range(MOST_CENTRINGS):
+            size = _size(forces)
+            if not (np.isfinite(size).all() and (size > 0.0).all() and (forces[0] > 0.0).all()):
+                return None
+            slips = SIGNS * forces / size**2  # minus the gradient of the barrier
+            scaling = _Scaling.between(forces, slips)
+            factors = self._square.factorized(scaling)
+            motions = factors.solve(self._onto(scaling.squared(slips)) - self._loads + self._onto(forces))
+            change = scaling.squared(slips - self._slips(motions))
+            far = float(np.sqrt(_total(scaling.inverse(change) ** 2)).max())
+            if far < CENTRED:
+                return forces, motions, scaling, factors
+            forces = forces + np.minimum(1.0, TOWARDS_CENTRE * _length(forces, change)) * change
+        return None
+
+    def _vectors(self, rows: Array) -> Vectors:
+        """Return the parts of rows (rows, programs)."""
+        vectors: Vectors = np.vstack([rows, np.zeros((1, rows.shape[1]))])[self._places]
+        return vectors
+
+    def _slips(self, motions: Array) -> Vectors:
+        slips: Vectors = (self._matrix @ motions).reshape(*self._places.shape, -1)
+        return slips
+
+    def _onto(self, forces: Vectors) -> Array:
+        """Return the loads (columns, programs) that forces balance."""
+        balanced: Array = self._transposed @ forces.reshape(self._places.size, -1)
+        return balanced
+
+
+class _Points:
+    """Forces and motions of programs that are not finished, and the last ones of those that are."""
+
+    def __init__(self, forces: Vectors, motions: Array, sums: Vectors, least: Array) -> None:
+        self.forces, self.motions, self.sums, self.least = forces, motions, sums, least
+        self.last_forces, self.last_motions = np.empty_like(forces), np.empty_like(motions)
+        self._numbers = np.arange(len(least))
+
+    def keep(self, going: NDArray[np.bool_]) -> None:
+        """Store the points of all other programs as their last ones."""
+        if going.all():
+            return
+        ended = self._numbers[~going]
+        self.last_forces[..., ended], self.last_motions[:, ended] = self.forces[..., ~going], self.motions[:, ~going]
+        self.forces, self.motions = self.forces[..., going], self.motions[:, going]
+        self.sums, self.least = self.sums[..., going], self.least[going]
+        self._numbers = self._numbers[going]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Scaling:
+    """The symmetric matrices of Nesterov and Todd, one for each cone, whose squares map slips to forces."""
+
+    axes: Vectors
+    unit: Array  # (cones, programs)
+
+    @classmethod
+    def between(cls, forces: Vectors, slips: Vectors) -> Self:
+        """Return the matrices that scale slips and forces to the same vectors."""
+        of_forces, of_slips = _size(forces), _size(slips)
+        one, other = forces / of_forces, slips / of_slips
+        axes = (one + SIGNS * other) / np.sqrt(2.0 + 2.0 * (one * other).sum(axis=0))
+        return cls(axes, np.sqrt(of_forces / of_slips))
+
+    def factor(self, vectors: Vectors) -> Vectors:
+        """Return the products of the matrices with vectors."""
+        normal, first, second = self.axes
+        along = first * vectors[1] + second * vectors[2]
+        part = vectors[0] + along / (1.0 + normal)
+        return self.unit * np.stack(
+            [normal * vectors[0] + along, vectors[1] + first * part, vectors[2] + second * part]
+        )
+
+    def inverse(self, vectors: Vectors) -> Vectors:
+        """Return the products of the inverse matrices with vectors."""
+        return _Scaling(SIGNS * self.axes, 1.0 / self.unit).factor(vectors)
+
+    def squared(self, vectors: Vectors) -> Vectors:
+        """Return the products of the squares of the matrices with vectors."""
+        return self.unit**2 * (2.0 * self.axes * (self.axes * vectors).sum(axis=0) - SIGNS * vectors)
+
+    def squares(self) -> Array:
+        """Return (6 cones, programs) the entries of these squares, by `PAIRS`."""
+        unit = self.unit**2
+        entries = [2.0 * unit * self.axes[i] * self.axes[j] for i, j in PAIRS]
+        for axis, sign in enumerate(SIGNS.ravel()):
+            entries[axis] -= sign * unit
+        return np.concatenate(entries)
+
+
+class _BandedSquare:
+    """The product of the transposed matrix, squared scalings and the matrix, as the lower half of a banded matrix."""
+
+    def __init__(self, matrix: Matrix, cones: int, columns: Indices) -> None:
+        """Store the places of all entries; `columns` (cones, 12) are those of each cone, or -1."""
+        from scipy.sparse import csr_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+        self._count = matrix.shape[1]
+        present = columns >= 0
+        places = np.where(present, columns, 0)
+        rows = np.arange(3 * cones).reshape(3, cones)
+        entries = np.stack([_entries(matrix, each, places) * present for each in rows])
+        one, other = np.tril_indices(columns.shape[1])
+        late, early = np.maximum(places[:, one], places[:, other]), np.minimum(places[:, one], places[:, other])
+        met = present[:, one] & present[:, other]
+        self._width = 1 + int((late - early)[met].max(initial=0))
+        at = early * self._width + late - early
+        parts = [
+            entries[i][:, one] * entries[j][:, other] + (i != j) * entries[j][:, one] * entries[i][:, other]
+            for i, j in PAIRS
+        ]
+        used = [np.nonzero(part) for part in parts]
+        self._at, number = np.unique(np.concatenate([at[which] for which in used]), return_inverse=True)
+        squares = np.concatenate([pair * cones + cone for pair, (cone, _) in enumerate(used)])
+        factors = np.concatenate([part[which] for part, which in zip(parts, used, strict=True)])
+        self._sums = csr_matrix((factors, (number, squares)), shape=(len(self._at), len(PAIRS) * cones))
+
+    @property
+    def entries(self) -> int:
+        """Return the number of entries of the band."""
+        return self._count * self._width
+
+    def factorized(self, scaling: _Scaling) -> "_Factors":
+        """Return the Cholesky factors of the matrices of all programs; None for one that has none."""
+        from scipy.linalg.lapack import dpbtrf  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+        factors = []
+        for entries in np.ascontiguousarray((self._sums @ scaling.squares()).T):
+            band = np.zeros(self.entries)
+            band[self._at] = entries
+            lower = band.reshape(self._count, self._width).T
+            lower[0] *= 1.0 + ROUNDING
+            factor, fault = dpbtrf(lower, lower=1, overwrite_ab=1)
+            factors.append(None if fault else factor)
+        return _Factors(factors)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Factors:
+    """Banded Cholesky factors of programs, or the only one that they share."""
+
+    factors: Sequence[Array | None]
+
+    def solve(self, loads: Array) -> Array:
+        """Return the solutions for loads (columns, programs), or for one that all share; NaN without a factor."""
+        from scipy.linalg.lapack import dpbtrs  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+        if len(self.factors) == 1 and self.factors[0] is not None:
+            solved: Array = dpbtrs(self.factors[0], loads, lower=1)[0]
+            return solved
+        every = np.broadcast_to(loads.T, (len(self.factors), len(loads)))
+        each = [
+            np.full(len(own), nan) if factor is None else dpbtrs(factor, own, lower=1)[0]
+            for factor, own in zip(self.factors, every, strict=True)
+        ]
+        return np.stack(each, axis=1)
+
+
+def _are_cones(system: WrenchMatrix) -> bool:
+    return bool(len(system.rows)) and system.bounded is None and not len(system.most_tension)
+
+
+def _with_empty_row(matrix: Matrix) -> Matrix:
+    from scipy.sparse import csr_matrix, vstack  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    return vstack([matrix, csr_matrix((1, matrix.shape[1]))], format="csr")
+
+
+def _columns_of(system: WrenchMatrix, order: Indices) -> Indices:
+    """Return (cones, 12) the places in an order of the columns of the two bricks of each cone, or -1."""
+    bricks = len(system.names)
+    places = np.full(OF_A_BRICK * (bricks + 1), -1)
+    places[system.kept[order]] = np.arange(len(order))
+    which = np.append(system.round, system.flat)
+    bodies = np.stack([system.cones.lower[which], system.cones.upper[which]], axis=1)
+    columns: Indices = places.reshape(-1, OF_A_BRICK)[bodies].reshape(len(which), -1)
+    return columns
+
+
+def _narrow_order(system: WrenchMatrix) -> Indices:
+    """Return an order of the columns in which those of touching bricks are close to each other.
+
+    Bricks are visited breadth-first, those with few neighbours first (Cuthill and McKee), from some first bricks.
+    """
+    count = len(system.names)
+    beside: list[set[int]] = [set() for _ in range(count)]
+    pairs = set(zip(system.cones.lower.tolist(), system.cones.upper.tolist(), strict=True))
+    between = [pair for pair in pairs if max(pair) < count]
+    for one, other in between:
+        beside[one].add(other)
+        beside[other].add(one)
+    near = [sorted(each, key=lambda brick: (len(beside[brick]), brick)) for each in beside]
+    best, least = np.arange(count), count
+    one, other = np.array(between, dtype=np.int64).reshape(-1, 2).T
+    for first in range(0, count, -(-count // STARTS)):
+        place = np.empty(count, dtype=np.int64)
+        place[_visited(near, first)] = np.arange(count)
+        widest = int(np.abs(place[one] - place[other]).max(initial=0))
+        if widest < least:
+            best, least = place, widest
+    order: Indices = np.argsort(OF_A_BRICK * best[system.kept // OF_A_BRICK] + system.kept % OF_A_BRICK)
+    return order
+
+
+def _visited(near: Sequence[Sequence[int]], first: int) -> list[int]:
+    """Return all bricks in the order in which they are visited."""
+    seen, visited = [False] * len(near), list[int]()
+    for start in (first, *range(len(near))):
+        if seen[start]:
+            continue
+        seen[start] = True
+        last = len(visited)
+        visited.append(start)
+        while last < len(visited):
+            for brick in near[visited[last]]:
+                if not seen[brick]:
+                    seen[brick] = True
+                    visited.append(brick)
+            last += 1
+    return visited
+
+
+def _total(products: Vectors) -> Array:
+    """Return the sum of products of all cones by program."""
+    total: Array = products.sum(axis=(0, 1))
+    return total
+
+
+def _size(vectors: Vectors) -> Array:
+    """Return (cones, programs) the roots of n^2 - t^2 of vectors within cones; NaN outside."""
+    sliding = np.hypot(vectors[1], vectors[2])
+    size: Array = np.sqrt((vectors[0] - sliding) * (vectors[0] + sliding))
+    return size
+
+
+def _farthest(vectors: Vectors) -> Array:
+    """Return by program the greatest norm of a vector of a cone: the distance within which a centre has room."""
+    farthest: Array = (np.abs(vectors[0]) + np.hypot(vectors[1], vectors[2])).max(axis=0)
+    return farthest
+
+
+def _length(vectors: Vectors, change: Vectors) -> Array:
+    """Return by program the share of a change that leads the first vector to the border of its cone; NaN stays NaN."""
+    squared, mixed, first = ((x * y * SIGNS).sum(axis=0) for x, y in ((change,) * 2, (vectors, change), (vectors,) * 2))
+    inner = mixed * mixed - squared * first
+    nearer = np.sqrt(np.maximum(inner, 0.0)) - mixed
+    leaves = (inner >= 0.0) & (nearer > 0.0) & ((squared < 0.0) | (mixed < 0.0))
+    lengths = np.where(leaves, first / np.where(leaves, nearer, 1.0), inf) + 0.0 * mixed
+    shortest: Array = lengths.min(axis=0)
+    return shortest
+
+
+def _product(one: Vectors, other: Vectors) -> Vectors:
+    """Return the products of vectors in the algebra of the cones."""
+    normal = (one * other).sum(axis=0)
+    return np.stack([normal, one[0] * other[1] + other[0] * one[1], one[0] * other[2] + other[0] * one[2]])
+
+
+def _quotient(product: Vectors, one: Vectors) -> Vectors:
+    """Return the vectors whose products with `one` are given."""
+    along = one[1] * product[1] + one[2] * product[2]
+    normal = (one[0] * product[0] - along) / _size(one) ** 2
+    return np.stack([normal, *((product[i] - normal * one[i]) / one[0] for i in (1, 2))])
+
+
+def _entries(matrix: Matrix, rows: Indices, columns: Indices) -> Array:
+    """Return the entries of a matrix in the given columns (rows, n) of some rows."""
+    found = matrix[np.repeat(rows, columns.shape[1]), columns.ravel()]
+    return np.asarray(found).reshape(columns.shape)
