@@ -41,11 +41,12 @@ STATICS_TABLES: Mapping[str, Table] = {
         "load-bounds",
         "pallets",
         (
+            Column("accuracy", "{row}"),
             Column("pallets", "{pallets}"),
             Column("boxes", "{boxes}"),
             Column("that stand", "{stable}"),
             Column("boxes of these", "{bounded}"),
-            Column("bounds not reached within 0.1 %", "{unproven}"),
+            Column("bounds not reached so closely", "{unproven}"),
             Column("false bounds", "{false}"),
             Column("planted faults", "{planted}"),
             Column("found", "{found}"),

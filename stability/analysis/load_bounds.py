@@ -38,6 +38,7 @@ from stability.statics.shared_forces import SharedForces
 from stability.statics.wrench_matrix import WrenchMatrix, flattened, motion_of, wrench_matrix
 
 ACCURACY = 1e-8  # share of a force to which bounds are computed
+FAINT = 1e-6  # share of the greatest normal force below which one may be a rounding error
 TWICE = 2.0  # a wider bound than this many times the accuracy is sought by a program of its own
 ROUNDING = 1e-12  # share of the fastest speed by which contacts open beyond what a proof requires
 CORNERS_OF_A_FACE = 3
@@ -165,7 +166,7 @@ class SumBounds:
         self._cones: ProofCones | None = proof_cones(problem)
         self._loads = proof_loads(problem)
         self._normals_W = np.zeros((0, 3)) if self._cones is None else self._cones.normals
-        self._shared = SharedForces(self._system)
+        self._shared = SharedForces.of(self._system)
         self._sizes = [len(contact.points_W) * len(contact.normals_W) for contact in problem.contacts]
         # A usual force, in which sums are written [N].
         self._unit = sum(norm(load.force_W) for load in problem.loads.values()) or 1.0
@@ -197,12 +198,12 @@ class SumBounds:
     def _greatest(self, weights: Sequence[Array], accuracy: float, scales: Sequence[float]) -> list[Bound]:
         """Return the greatest weighted sums, with forces that nearly reach them and motions that prove them."""
         found = [UNKNOWN] * len(weights)
-        if weights and self._shared.has_centre:
+        if weights and self._shared is not None:
             sums = np.stack([self._rows_of(each) for each in weights], axis=1)
             points = self._shared.greatest(sums, accuracy, np.array(scales) / self._unit)
             found = [self._bound(*each) for each in zip(weights, points.rows.T, points.columns.T, strict=True)]
         wide = [
-            not bound.width <= TWICE * accuracy * max(scale, bound.force)
+            not bound.width <= TWICE * accuracy * max(scale, _reached(bound))
             for bound, scale in zip(found, scales, strict=True)
         ]
         return [
@@ -239,8 +240,13 @@ class SumBounds:
         forces_W = self._system.forces_W(rows)
         if check_pressed(self._cones, self._loads, forces_W, self._tolerances).holds:
             return forces_W
-        forces = proven_inside(self.problem, self._system, rows, self._central, self._tolerances)
-        return None if forces is None else flattened(forces)
+        # Contacts that can bear nothing must not keep what rounding left there.
+        normal = self._system.rows.by_row(rows[self._system.rows.normals])
+        for each in (rows, np.where(normal > FAINT * normal.max(), rows, 0.0)):
+            forces = proven_inside(self.problem, self._system, each, self._central, self._tolerances)
+            if forces is not None:
+                return flattened(forces)
+        return None
 
     def _central(self) -> Array | None:
         """Return forces far within all limits."""

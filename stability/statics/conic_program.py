@@ -1,7 +1,7 @@
 """Conic programs, and the solver that computes points for them. The solver's status is used only as a note."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, TypeAlias
 
@@ -94,38 +94,6 @@ class QuickSeries:
         return _point(self._solver.solve())
 
 
-class OffsetSeries:
-    """Solver of programs that differ only in their offsets. Only the first one needs a set-up."""
-
-    def __init__(self, program: ConicProgram, accuracy: float) -> None:
-        """Store the program, with any offset, and the `accuracy` that is requested for all."""
-        self.program = program
-        self._accuracy = accuracy
-        self._solvers: dict[bool, Any] = {}  # by whether the solver scales the program itself
-
-    def solve(self, offset: Array) -> SolverPoint:
-        """Return the point of the program with another offset.
-
-        Some programs are solved better as they are, a few as the solver scales them.
-        """
-        point = self._solved(offset, scaled=False)
-        if point.status == SOLVED:
-            return point
-        other = self._solved(offset, scaled=True)
-        return other if other.status == SOLVED else point
-
-    def _solved(self, offset: Array, *, scaled: bool) -> SolverPoint:
-        count_work(self.program)
-        solver = self._solvers.get(scaled)
-        if solver is None:
-            program = replace(self.program, offset=offset)
-            solver = _made_ready(program, self._accuracy, refined=False, scaled=scaled)
-            self._solvers[scaled] = solver
-        else:
-            solver.update(b=offset)
-        return _point(solver.solve())
-
-
 def count_work(program: ConicProgram) -> None:
     """Count the work of a program before it is solved. Raises TooMuchWorkError."""
     add_program(_entries(program))
@@ -140,14 +108,13 @@ def _point(solution: Any) -> SolverPoint:  # noqa: ANN401 -- Clarabel's has no t
     return SolverPoint(np.array(solution.x), np.array(solution.z), str(solution.status))
 
 
-def _made_ready(program: ConicProgram, accuracy: float, *, refined: bool, scaled: bool = True) -> Any:  # noqa: ANN401
+def _made_ready(program: ConicProgram, accuracy: float, *, refined: bool) -> Any:  # noqa: ANN401
     import clarabel  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_iter = MOST_STEPS
     settings.max_threads = 1  # the same bytes on every machine
-    settings.equilibrate_enable = scaled
     settings.presolve_enable = False  # presolve may remove rows whose dual is needed
     if program.semidefinite:  # with linearly dependent equalities, a smaller regularisation makes the first step fail
         settings.static_regularization_constant = 1e-7

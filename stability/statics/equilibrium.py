@@ -467,31 +467,6 @@ def _correction(system: WrenchMatrix, rows: Array, residual: Array) -> Array:
     return change
 
 
-def factorized_correction(system: WrenchMatrix, rows: Array) -> Callable[[Array], Array] | None:
-    """Return the change of forces that removes a residual, weighted by the given forces; None if it is singular.
-
-    It is factorized once, for forces near many others: those must have room of their own.
-    """
-    from scipy.sparse import diags, identity  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
-    from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
-
-    if not np.isfinite(rows).all():
-        return None
-    room = system.room(rows)
-    weight = room * room + FAINT
-    square = system.matrix.T @ diags(weight) @ system.matrix + FAINT * FAINT * identity(len(system.loads))
-    try:
-        factors = splu(square.tocsc())
-    except RuntimeError:  # singular within rounding
-        return None
-
-    def correction(residual: Array) -> Array:
-        change: Array = -weight * (system.matrix @ factors.solve(residual))
-        return change
-
-    return correction
-
-
 def _solved(matrix: Sparse, weight: Array, residual: Array) -> Array:
     """Return x with `matrix.T @ diag(weight) @ matrix @ x = residual`, approximately; zero if that fails."""
     if len(residual) <= DENSE:

@@ -13,7 +13,7 @@ primal-dual interior-point method for conic quadratic optimization", Mathematica
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf, nan
+from math import nan
 from typing import Final, Self, TypeAlias
 
 import numpy as np
@@ -36,7 +36,8 @@ WITHIN: Final = 0.995  # share of the way to the border that a step may take
 TOWARDS_CENTRE: Final = 0.7  # likewise of a step to the centre
 AT_START: Final = 0.9  # distance from the centre at which a program starts, in the local norm
 ROUNDING: Final = 1e-14  # share that is added to the diagonal of a matrix that may be singular within rounding
-AT_ONCE: Final = 0.5  # share of the permitted difference at which a sum is known from the start
+NOISE: Final = 1e-11  # share of a sum below which forces cannot change it
+DECIDED: Final = 1e-4  # share of the permitted difference that a decided sum keeps
 CORRECTIONS: Final = 2
 STARTS: Final = 24  # bricks from which an order is tried
 OF_A_BRICK: Final = 6  # columns
@@ -54,28 +55,26 @@ class Greatest:
     columns: Array  # (columns, programs) admissible motions
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class SharedForces:
-    """All forces that contacts can bear and that balance the loads of a system."""
+    """All forces that contacts can bear and that balance the loads of a system, from their centre on."""
 
-    def __init__(self, system: WrenchMatrix) -> None:
-        """Order the columns and find the centre, if there is one."""
-        round_, flat, count = system.rows.round, system.rows.flat, len(system.rows)
-        normals = system.rows.normals
-        none = np.full(flat, count)  # an empty row
-        self._places = np.stack([normals, *(np.append(normals[:round_] + axis, none) for axis in (1, 2))])
-        self._count = count
-        self._order = _narrow_order(system)
-        self._loads = -system.loads[self._order][:, None]
-        self._matrix = _with_empty_row(system.matrix)[self._places.ravel()][:, self._order].tocsr()
-        self._transposed = self._matrix.T.tocsr()
-        self._square = _BandedSquare(self._matrix, round_ + flat, _columns_of(system, self._order))
-        self._batch = min(BATCH, MOST_ENTRIES // self._square.entries)
-        self._centre = self._centred(system) if self._batch and _are_cones(system) else None
+    _balance: "_Balance"
+    _centre: "_Centre"
 
-    @property
-    def has_centre(self) -> bool:
-        """Return whether sums can be computed: all contacts are cones, and none is forced to its border."""
-        return self._centre is not None
+    @classmethod
+    def of(cls, system: WrenchMatrix) -> Self | None:
+        """Return the forces of a system.
+
+        None if its contacts are not all cones, if some contact is forced to its border, or if the banded matrix of the
+        system is too large.
+        """
+        if not len(system.rows) or system.bounded is not None or len(system.most_tension):
+            return None
+        balance = _Balance(system)
+        rough = central_forces(system, system.loads, ROUGH, clarabel_solve) if balance.square.programs else ""
+        centre = None if isinstance(rough, str) else balance.centre(balance.vectors(rough[:, None]))
+        return None if centre is None else cls(balance, centre)
 
     def greatest(self, sums: Array, accuracy: float, least: Array) -> Greatest:
         """Return forces and motions between whose values of `sums` (rows, programs) the greatest ones lie.
@@ -83,30 +82,26 @@ class SharedForces:
         These values differ at most by `accuracy`, as a share of the value or of `least` (programs,) if that is greater,
         unless rounding prevents it. Raises TooMuchWorkError.
         """
-        forces, motions = np.empty((3, self._places.shape[1], len(least))), np.empty((len(self._order), len(least)))
-        for first in range(0, len(least), self._batch):
-            some = slice(first, first + self._batch)
-            of_sums = self._vectors(sums[:, some])
-            forces[..., some], motions[:, some] = self._optimized(of_sums, accuracy, least[some])
-        rows, columns = np.empty((self._count + 1, len(least))), np.empty_like(motions)
-        rows[self._places] = forces
-        columns[self._order] = motions
-        return Greatest(rows[:-1], columns)
+        size = self._balance.square.programs
+        some = [slice(first, first + size) for first in range(0, len(least), size)]
+        parts = [self._optimized(self._balance.vectors(sums[:, each]), accuracy, least[each]) for each in some]
+        forces, motions = (np.concatenate([part[i] for part in parts], axis=-1) for i in range(2))
+        return self._balance.by_row(forces, motions)
 
     def _optimized(self, sums: Vectors, accuracy: float, least: Array) -> tuple[Vectors, Array]:
         """Return forces and motions of some programs."""
         for _ in least:
-            add_program(self._matrix.nnz)
-        forces, motions = self._start(sums, accuracy * least)
-        points = _Points(forces, motions, sums, least)
+            add_program(self._balance.matrix.nnz)
+        points = _Points(*self._start(sums, accuracy * least), sums, least)
         for _ in range(MOST_STEPS):
-            slips = self._slips(points.motions) - points.sums
+            slips = self._balance.slips(points.motions) - points.sums
             gap, value = _total(points.forces * slips), _total(points.forces * points.sums)
             wide = gap > accuracy * np.maximum(np.abs(value), points.least)
             points.keep(wide)
             if not wide.any():
                 break
-            forces, motions, length = self._step(points, slips[..., wide], gap[wide])
+            with np.errstate(divide="ignore", invalid="ignore"):  # on a border, within rounding
+                forces, motions, length = self._step(points, slips[..., wide], gap[wide])
             moves = length > SHORTEST
             points.keep(moves)
             points.forces, points.motions = forces[..., moves], motions[:, moves]
@@ -116,74 +111,110 @@ class SharedForces:
     def _start(self, sums: Vectors, permitted: Array) -> tuple[Vectors, Array]:
         """Return forces and motions near the central path, as near to its end as the centre allows.
 
-        Sums that nothing can change by more than is `permitted` (programs,) end there.
+        Sums that equilibrium alone decides end there, far within the difference that is `permitted` (programs,).
         """
-        centre, opening, scaling, factors = self._centre
-        near = factors.solve(self._onto(scaling.squared(sums)))
-        rest = scaling.factor(sums - self._slips(near))
-        share = np.maximum(_farthest(rest) / AT_START, AT_ONCE * permitted / centre.shape[1])
-        return self._corrected(centre + scaling.factor(rest) / share), share * opening + near
+        scaling = self._centre.scaling
+        near = self._centre.factors.solve(self._balance.onto(scaling.squared(sums)))
+        rest = scaling.factor(sums - self._balance.slips(near))
+        rest *= _farthest(rest) > NOISE * _farthest(scaling.factor(sums))
+        share = np.maximum(_farthest(rest) / AT_START, DECIDED * permitted / sums.shape[1])
+        forces = self._centre.forces + scaling.factor(rest) / share
+        return self._corrected(forces), share * self._centre.motion + near
 
     def _step(self, points: "_Points", slips: Vectors, gap: Array) -> tuple[Vectors, Array, Array]:
         """Return the next forces and motions, and the length of the shorter of both steps, up to 1."""
-        forces = points.forces
+        balance, forces = self._balance, points.forces
         scaling = _Scaling.between(forces, slips)
-        factors = self._square.factorized(scaling)
-        missing = self._loads - self._onto(forces)
-        turn = self._slips(factors.solve(-self._loads))  # towards slips and forces of no product
+        factors = balance.square.factorized(scaling)
+        # Towards forces and slips whose products are zero; then, from how far that leads, what centres them.
+        turn = balance.slips(factors.solve(-balance.loads))
         change = -forces - scaling.squared(turn)
         ahead = np.minimum(1.0, np.minimum(_length(forces, change), _length(slips, turn)))
         both = scaling.factor(slips)
         product = _product(both, both) + _product(scaling.inverse(change), scaling.factor(turn))
         product[0] -= (1.0 - ahead) ** 3 * gap / forces.shape[1]
         wanted = scaling.factor(_quotient(-product, both))
-        faster = factors.solve(self._onto(wanted) - missing)
-        turn = self._slips(faster)
+        faster = factors.solve(balance.onto(wanted) - balance.missing(forces))
+        turn = balance.slips(faster)
         change = wanted - scaling.squared(turn)
         lengths = [np.minimum(1.0, WITHIN * _length(*each)) for each in ((forces, change), (slips, turn))]
         return forces + lengths[0] * change, points.motions + lengths[1] * faster, np.minimum(*lengths)
 
     def _corrected(self, forces: Vectors) -> Vectors:
         """Return forces without the errors of rounding by which they do not balance the loads."""
-        _, _, scaling, factors = self._centre
+        balance, centre = self._balance, self._centre
         for _ in range(CORRECTIONS):
-            forces = forces + scaling.squared(self._slips(factors.solve(self._loads - self._onto(forces))))
+            motions = centre.factors.solve(balance.missing(forces))
+            forces = forces + centre.scaling.squared(balance.slips(motions))
         return forces
 
-    def _centred(self, system: WrenchMatrix) -> tuple[Vectors, Array, "_Scaling", "_Factors"] | None:
-        """Return the analytic centre and its motion, scaling and factors, by Newton's method; None if there is none."""
-        rough = central_forces(system, system.loads, ROUGH, clarabel_solve)
-        if isinstance(rough, str):
-            return None
-        forces = self._vectors(rough[:, None])
+
+class _Balance:
+    """The balance of loads and forces, with columns in an order in which touching bricks are near each other."""
+
+    def __init__(self, system: WrenchMatrix) -> None:
+        round_, flat, count = system.rows.round, system.rows.flat, len(system.rows)
+        normals = system.rows.normals
+        none = np.full(flat, count)  # an empty row
+        self._places = np.stack([normals, *(np.append(normals[:round_] + axis, none) for axis in (1, 2))])
+        self._rows = count
+        self._order = _narrow_order(system)
+        self.loads = -system.loads[self._order][:, None]
+        self.matrix = _with_empty_row(system.matrix)[self._places.ravel()][:, self._order].tocsr()
+        self._transposed = self.matrix.T.tocsr()
+        self.square = _BandedSquare(self.matrix, round_ + flat, _columns_of(system, self._order))
+
+    def vectors(self, rows: Array) -> Vectors:
+        """Return the parts of rows (rows, programs)."""
+        vectors: Vectors = np.vstack([rows, np.zeros((1, rows.shape[1]))])[self._places]
+        return vectors
+
+    def by_row(self, forces: Vectors, motions: Array) -> Greatest:
+        """Return forces and motions in the order of the system."""
+        rows, columns = np.empty((self._rows + 1, motions.shape[1])), np.empty_like(motions)
+        rows[self._places] = forces
+        columns[self._order] = motions
+        return Greatest(rows[:-1], columns)
+
+    def slips(self, motions: Array) -> Vectors:
+        """Return the slips of motions."""
+        slips: Vectors = (self.matrix @ motions).reshape(*self._places.shape, -1)
+        return slips
+
+    def onto(self, forces: Vectors) -> Array:
+        """Return the loads (columns, programs) that forces balance."""
+        balanced: Array = self._transposed @ forces.reshape(self._places.size, -1)
+        return balanced
+
+    def missing(self, forces: Vectors) -> Array:
+        """Return the loads that forces do not balance."""
+        return self.loads - self.onto(forces)
+
+    def centre(self, forces: Vectors) -> "_Centre | None":
+        """Return the analytic centre, by Newton's method from forces of one program; None if there is none."""
         for _ in range(MOST_CENTRINGS):
             size = _size(forces)
             if not (np.isfinite(size).all() and (size > 0.0).all() and (forces[0] > 0.0).all()):
                 return None
             slips = SIGNS * forces / size**2  # minus the gradient of the barrier
             scaling = _Scaling.between(forces, slips)
-            factors = self._square.factorized(scaling)
-            motions = factors.solve(self._onto(scaling.squared(slips)) - self._loads + self._onto(forces))
-            change = scaling.squared(slips - self._slips(motions))
-            far = float(np.sqrt(_total(scaling.inverse(change) ** 2)).max())
-            if far < CENTRED:
-                return forces, motions, scaling, factors
+            factors = self.square.factorized(scaling)
+            motion = factors.solve(self.onto(scaling.squared(slips)) - self.missing(forces))
+            change = scaling.squared(slips - self.slips(motion))
+            if np.square(scaling.inverse(change)).sum() < CENTRED**2:
+                return _Centre(forces, motion, scaling, factors.copy())
             forces = forces + np.minimum(1.0, TOWARDS_CENTRE * _length(forces, change)) * change
         return None
 
-    def _vectors(self, rows: Array) -> Vectors:
-        """Return the parts of rows (rows, programs)."""
-        vectors: Vectors = np.vstack([rows, np.zeros((1, rows.shape[1]))])[self._places]
-        return vectors
 
-    def _slips(self, motions: Array) -> Vectors:
-        slips: Vectors = (self._matrix @ motions).reshape(*self._places.shape, -1)
-        return slips
+@dataclass(frozen=True, slots=True, eq=False)
+class _Centre:
+    """The analytic centre of all forces that balance the loads."""
 
-    def _onto(self, forces: Vectors) -> Array:
-        """Return the loads (columns, programs) that forces balance."""
-        balanced: Array = self._transposed @ forces.reshape(self._places.size, -1)
-        return balanced
+    forces: Vectors  # of one program
+    motion: Array  # (columns, 1) whose slips are minus the gradient of the barrier
+    scaling: "_Scaling"
+    factors: "_Factors"
 
 
 class _Points:
@@ -225,9 +256,10 @@ class _Scaling:
         normal, first, second = self.axes
         along = first * vectors[1] + second * vectors[2]
         part = vectors[0] + along / (1.0 + normal)
-        return self.unit * np.stack(
+        product: Vectors = self.unit * np.stack(
             [normal * vectors[0] + along, vectors[1] + first * part, vectors[2] + second * part]
         )
+        return product
 
     def inverse(self, vectors: Vectors) -> Vectors:
         """Return the products of the inverse matrices with vectors."""
@@ -235,7 +267,9 @@ class _Scaling:
 
     def squared(self, vectors: Vectors) -> Vectors:
         """Return the products of the squares of the matrices with vectors."""
-        return self.unit**2 * (2.0 * self.axes * (self.axes * vectors).sum(axis=0) - SIGNS * vectors)
+        along = (self.axes * vectors).sum(axis=0)
+        squared: Vectors = self.unit**2 * (2.0 * self.axes * along - SIGNS * vectors)
+        return squared
 
     def squares(self) -> Array:
         """Return (6 cones, programs) the entries of these squares, by `PAIRS`."""
@@ -272,19 +306,22 @@ class _BandedSquare:
         squares = np.concatenate([pair * cones + cone for pair, (cone, _) in enumerate(used)])
         factors = np.concatenate([part[which] for part, which in zip(parts, used, strict=True)])
         self._sums = csr_matrix((factors, (number, squares)), shape=(len(self._at), len(PAIRS) * cones))
+        self._bands = np.empty((min(BATCH, MOST_ENTRIES // (self._count * self._width)), self._count * self._width))
 
     @property
-    def entries(self) -> int:
-        """Return the number of entries of the band."""
-        return self._count * self._width
+    def programs(self) -> int:
+        """Return the number of programs whose matrices there is space for."""
+        return len(self._bands)
 
     def factorized(self, scaling: _Scaling) -> "_Factors":
-        """Return the Cholesky factors of the matrices of all programs; None for one that has none."""
+        """Return the Cholesky factors of the matrices of all programs, valid until the next call; None without one."""
         from scipy.linalg.lapack import dpbtrf  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
         factors = []
-        for entries in np.ascontiguousarray((self._sums @ scaling.squares()).T):
-            band = np.zeros(self.entries)
+        every = np.ascontiguousarray((self._sums @ scaling.squares()).T)
+        bands = self._bands[: len(every)]
+        bands.fill(0.0)
+        for band, entries in zip(bands, every, strict=True):
             band[self._at] = entries
             lower = band.reshape(self._count, self._width).T
             lower[0] *= 1.0 + ROUNDING
@@ -299,6 +336,10 @@ class _Factors:
 
     factors: Sequence[Array | None]
 
+    def copy(self) -> Self:
+        """Return the same factors in memory of their own."""
+        return type(self)([None if factor is None else factor.copy("F") for factor in self.factors])
+
     def solve(self, loads: Array) -> Array:
         """Return the solutions for loads (columns, programs), or for one that all share; NaN without a factor."""
         from scipy.linalg.lapack import dpbtrs  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
@@ -312,10 +353,6 @@ class _Factors:
             for factor, own in zip(self.factors, every, strict=True)
         ]
         return np.stack(each, axis=1)
-
-
-def _are_cones(system: WrenchMatrix) -> bool:
-    return bool(len(system.rows)) and system.bounded is None and not len(system.most_tension)
 
 
 def _with_empty_row(matrix: Matrix) -> Matrix:
@@ -399,13 +436,21 @@ def _farthest(vectors: Vectors) -> Array:
 
 def _length(vectors: Vectors, change: Vectors) -> Array:
     """Return by program the share of a change that leads the first vector to the border of its cone; NaN stays NaN."""
-    squared, mixed, first = ((x * y * SIGNS).sum(axis=0) for x, y in ((change,) * 2, (vectors, change), (vectors,) * 2))
+    squared, mixed, first = _square(change, change), _square(vectors, change), _square(vectors, vectors)
     inner = mixed * mixed - squared * first
     nearer = np.sqrt(np.maximum(inner, 0.0)) - mixed
-    leaves = (inner >= 0.0) & (nearer > 0.0) & ((squared < 0.0) | (mixed < 0.0))
-    lengths = np.where(leaves, first / np.where(leaves, nearer, 1.0), inf) + 0.0 * mixed
-    shortest: Array = lengths.min(axis=0)
+    leaves = (inner >= 0.0) & ((squared < 0.0) | (mixed < 0.0))
+    # The inverse of the length: rounding may leave 0 / 0 where nothing changes.
+    inverse = np.divide(nearer, first, out=np.zeros_like(mixed), where=leaves)
+    with np.errstate(divide="ignore"):
+        shortest: Array = 1.0 / (inverse.max(axis=0) + 0.0 * mixed.sum(axis=0))
     return shortest
+
+
+def _square(one: Vectors, other: Vectors) -> Array:
+    """Return (cones, programs) the products of the normal parts less those of the tangential ones."""
+    square: Array = one[0] * other[0] - one[1] * other[1] - one[2] * other[2]
+    return square
 
 
 def _product(one: Vectors, other: Vectors) -> Vectors:

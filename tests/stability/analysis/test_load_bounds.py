@@ -14,8 +14,9 @@ from stability.loads import Load, Loads
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
 from stability.problem import Motion, Placed, Problem, Tolerances
 from stability.statics.assembly import Assembly
-from stability.statics.conic_program import OffsetSeries, SolverPoint
 from stability.statics.proof import check_pressed, greatest_sum, proof_cones, proof_loads
+from stability.statics.shared_forces import Greatest, SharedForces
+from stability.statics.wrench_matrix import wrench_matrix
 
 G = 9.81  # [m/s2]
 CLOSE = 1e-6
@@ -38,6 +39,16 @@ def on_two_supports(at: float = 0.05, weight: float = 30.0) -> Problem:
     """A plank whose weight acts at `at` between supports from 0.15 to 0.25 m on either side."""
     supports = [box(name, SUPPORT, 10.0, (x, 0.0, 0.05)) for name, x in (("left", -0.2), ("right", 0.2))]
     return problem_of(*supports, box("plank", (0.8, 0.1, 0.02), weight, (at, 0.0, 0.11)))
+
+
+def running_bond(friction: float) -> Problem:
+    """Four courses of planks of 10 N, each on the joint below it."""
+    planks = [
+        box(f"p{level}{i}", (0.2, 0.1, 0.05), 10.0, (0.2 * i + 0.1 * level, 0.0, 0.025 + 0.05 * level))
+        for level in range(4)
+        for i in range(6 - level)
+    ]
+    return problem_of(*planks, friction=friction)
 
 
 def between(problem: Problem, lower: str, upper: str) -> Carried:
@@ -193,18 +204,70 @@ def test_no_wrong_point_of_a_solver_is_taken_as_a_bound(error: float, monkeypatc
     problem = on_two_supports()
     exact = limits(between(problem, "left", "plank"))
     random = np.random.default_rng(35)
-    honest = OffsetSeries.solve
+    honest = SharedForces.greatest
 
-    def wrong(self: OffsetSeries, offset: np.ndarray) -> SolverPoint:
-        point = honest(self, offset)
-        return replace(point, x=point.x * (1.0 + error * random.uniform(-1.0, 1.0, point.x.shape)))
+    def wrong(self: SharedForces, sums: np.ndarray, accuracy: float, least: np.ndarray) -> Greatest:
+        points = honest(self, sums, accuracy, least)
+        rows, columns = (
+            each * (1.0 + error * random.uniform(-1.0, 1.0, each.shape)) for each in (points.rows, points.columns)
+        )
+        return Greatest(rows, columns)
 
-    monkeypatch.setattr(OffsetSeries, "solve", wrong)
+    monkeypatch.setattr(SharedForces, "greatest", wrong)
+    # The other ways to a bound.
+    monkeypatch.setattr("stability.analysis.load_bounds.least_forces", lambda *_: "none")
+    monkeypatch.setattr("stability.analysis.load_bounds.separating_motion", lambda *_: None)
     for _ in range(5):
-        carried = between(problem, "left", "plank")
+        found = loads_between(problem, [("left", "plank")])
+        if found is None:
+            continue
+        carried = found["left", "plank"]
         assert carried.least.force <= exact[0] + CLOSE * exact[0]
         assert carried.greatest.force >= exact[1] - CLOSE * exact[1]
         assert (carried.least.force, carried.greatest.force) != pytest.approx(exact, rel=1e-3 * error)
+
+
+@pytest.mark.parametrize("accuracy", [1e-1, 1e-3, 1e-6])
+def test_a_coarser_bound_is_wider_by_at_most_its_accuracy(accuracy: float) -> None:
+    problem = on_two_supports(at=0.05, weight=30.0)
+    least, greatest = 30.0 * (0.15 - 0.05) / (0.15 + 0.25), 30.0 * (0.25 - 0.05) / (0.25 + 0.15)
+    found = loads_between(problem, [("left", "plank")], accuracy=accuracy)
+    assert found is not None
+    carried = found["left", "plank"]
+    assert least - accuracy * greatest <= carried.least.force <= least * (1.0 + 1e-9)
+    assert greatest * (1.0 - 1e-9) <= carried.greatest.force <= greatest * (1.0 + accuracy)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_sums_that_are_solved_together_are_those_that_a_general_solver_finds(friction: float) -> None:
+    """A wall in running bond, of which every load is also bounded by programs of Clarabel alone."""
+    problem = running_bond(friction=friction)
+    together = loads_on(problem)
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr(SharedForces, "of", lambda _: None)
+        alone = loads_on(problem)
+    assert together is not None
+    assert alone is not None
+    assert together.keys() == alone.keys()
+    for name, carried in together.items():
+        assert limits(carried) == pytest.approx(limits(alone[name]), abs=1e-6 * 100.0)
+
+
+def test_a_load_is_bounded_at_once_if_equilibrium_alone_decides_it() -> None:
+    """The contacts of a column carry exactly the weight above them, at any accuracy."""
+    column = problem_of(*(box(f"b{i}", (0.2, 0.1, 0.1), 10.0, (0.0, 0.0, 0.05 + 0.1 * i)) for i in range(6)))
+    found = loads_on(column, accuracy=1e-3)
+    assert found is not None
+    for i in range(6):
+        assert limits(found[f"b{i}"]) == pytest.approx((10.0 * (5 - i),) * 2, abs=50.0 * CLOSE)
+
+
+def test_forces_without_room_are_left_to_the_general_solver() -> None:
+    """A plank that is about to tip presses only the edge: no forces lie within all cones."""
+    problem = problem_of(box("s", SUPPORT, 10.0, (0.0, 0.0, 0.05)), box("p", (0.4, 0.1, 0.02), 30.0, (0.05, 0.0, 0.11)))
+    assert SharedForces.of(wrench_matrix(problem, any_law=True)) is None
+    found = loads_on(problem)
+    assert found is None or limits(found["s"]) == pytest.approx((30.0, 30.0), rel=CLOSE)
 
 
 def test_a_bound_that_is_planted_below_the_forces_is_found() -> None:
