@@ -20,14 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stability.geometry.rows import Array, Indices
-from stability.statics.conic_program import Matrix, clarabel_solve
+from stability.statics.conic_program import Matrix, quick_solve
 from stability.statics.load_factor import central_forces
 from stability.statics.wrench_matrix import WrenchMatrix
 from stability.work_limit import add_program
 
 BATCH: Final = 16  # programs at once: their numbers stay in the cache of a core
 MOST_ENTRIES: Final = 4_000_000  # of all banded matrices of a batch; a larger one is left to a sparse solver
-ROUGH: Final = 1e-8  # accuracy of the forces from which the centre is found
+ROUGH: Final = 1e-5  # accuracy of the forces from which the centre is found
 CENTRED: Final = 1e-3  # largest step at the centre, in the local norm
 MOST_CENTRINGS: Final = 50
 MOST_STEPS: Final = 60
@@ -39,7 +39,7 @@ ROUNDING: Final = 1e-14  # share that is added to the diagonal of a matrix that 
 NOISE: Final = 1e-11  # share of a sum below which forces cannot change it
 DECIDED: Final = 1e-4  # share of the permitted difference that a decided sum keeps
 CORRECTIONS: Final = 2
-STARTS: Final = 24  # bricks from which an order is tried
+STARTS: Final = 150  # bricks from which an order is tried
 OF_A_BRICK: Final = 6  # columns
 SIGNS: Final = np.array([1.0, -1.0, -1.0]).reshape(3, 1, 1)
 PAIRS: Final = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of a symmetric matrix of three rows
@@ -72,7 +72,7 @@ class SharedForces:
         if not len(system.rows) or system.bounded is not None or len(system.most_tension):
             return None
         balance = _Balance(system)
-        rough = central_forces(system, system.loads, ROUGH, clarabel_solve) if balance.square.programs else ""
+        rough = central_forces(system, system.loads, ROUGH, quick_solve) if balance.square.programs else ""
         centre = None if isinstance(rough, str) else balance.centre(balance.vectors(rough[:, None]))
         return None if centre is None else cls(balance, centre)
 
@@ -129,10 +129,11 @@ class SharedForces:
         # Towards forces and slips whose products are zero; then, from how far that leads, what centres them.
         turn = balance.slips(factors.solve(-balance.loads))
         change = -forces - scaling.squared(turn)
-        ahead = np.minimum(1.0, np.minimum(_length(forces, change), _length(slips, turn)))
+        lengths = [np.minimum(1.0, _length(*each)) for each in ((forces, change), (slips, turn))]
+        left = _total((forces + lengths[0] * change) * (slips + lengths[1] * turn)) / gap
         both = scaling.factor(slips)
         product = _product(both, both) + _product(scaling.inverse(change), scaling.factor(turn))
-        product[0] -= (1.0 - ahead) ** 3 * gap / forces.shape[1]
+        product[0] -= left**3 * gap / forces.shape[1]
         wanted = scaling.factor(_quotient(-product, both))
         faster = factors.solve(balance.onto(wanted) - balance.missing(forces))
         turn = balance.slips(faster)
