@@ -49,9 +49,15 @@ class Bound:
     """Bound of a sum of normal forces."""
 
     force: float  # proven by `motion` [N]; infinite if none is proven
-    motion: Motion | None  # the proof
-    reached: float | None  # the sum of the nearest forces that were found to balance the bricks [N]
-    forces_W: Array | None  # (n, 3) these forces, by contact, point and normal [N]
+    reached: float | None = None  # the sum of the nearest forces that were found to balance the bricks [N]
+    forces_W: Array | None = None  # (n, 3) these forces, by contact, point and normal [N]
+    names: Sequence[BodyId] = ()
+    velocity: Array | None = None  # (names, 6) velocities and spins of the bricks that prove the force [m/s, rad/s]
+
+    @property
+    def motion(self) -> Motion | None:
+        """Return the proof; None without one."""
+        return None if self.velocity is None else motion_of(self.names, self.velocity)
 
     @property
     def width(self) -> float:
@@ -59,7 +65,7 @@ class Bound:
         return inf if self.reached is None else abs(self.force - self.reached)
 
 
-UNKNOWN = Bound(inf, None, None, None)
+UNKNOWN = Bound(inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +191,7 @@ class SumBounds:
         The forces that are found reach a bound within a share `accuracy` of the greatest sum, unless rounding
         prevents it.
         """
-        none = Bound(0.0, Motion({}), 0.0, None)
+        none = Bound(0.0, 0.0, velocity=np.zeros((0, 6)))
         some = [each for each in weights if each.any()]
         upper = self._greatest(some, accuracy, [self._smallest] * len(some))
         scales = [max(self._smallest, _reached(bound)) for bound in upper]
@@ -227,11 +233,8 @@ class SumBounds:
         """Return what proven forces near the given ones reach, and what a motion near the given one permits."""
         forces_W = self._balanced(rows)
         reached = None if forces_W is None else float(weights @ np.einsum("ij,ij->i", forces_W, self._normals_W))
-        velocity = self._proof(weights, columns)
-        if velocity is None or self._cones is None:
-            return Bound(inf, None, reached, forces_W)
-        force = greatest_pressed(self._cones, self._loads, weights, velocity)
-        return Bound(force, motion_of(self._system.names, velocity[:-1]), reached, forces_W)
+        force, velocity = self._proof(weights, columns)
+        return Bound(force, reached, forces_W, self._system.names, velocity)
 
     def _balanced(self, rows: Array) -> Array | None:
         """Return (n, 3) forces near the given ones that are proven to balance the problem [N]."""
@@ -255,21 +258,20 @@ class SumBounds:
             self._middle = np.full(len(self._system.rows), nan) if isinstance(middle, str) else middle
         return self._middle
 
-    def _proof(self, weights: Array, columns: Array) -> Array | None:
-        """Return velocities near the given ones that open all contacts fast enough to prove a bound."""
+    def _proof(self, weights: Array, columns: Array) -> tuple[float, Array | None]:
+        """Return a bound, and velocities near the given ones that open all contacts fast enough to prove it."""
         if not np.isfinite(columns).all() or self._cones is None:
-            return None
+            return inf, None
         # In this scale weights are speeds of 1 m/s.
         velocity = np.vstack([self._system.velocity(self._unit * columns), np.zeros(6)])
-        short = shortfalls_of(self._cones, weights, velocity)
-        if not (short > 0.0).any():
-            return velocity
-        if self._separating is None:
-            return None
-        separating, spare = self._separating
-        fastest = float(np.abs(velocity[:, :3]).max(initial=0.0))
-        rate = float(((short + ROUNDING * (1.0 + fastest)) / spare).max())
-        return velocity + rate * separating
+        force = greatest_pressed(self._cones, self._loads, weights, velocity)
+        if force == inf and self._separating is not None:
+            separating, spare = self._separating
+            fastest = float(np.abs(velocity[:, :3]).max(initial=0.0))
+            short = shortfalls_of(self._cones, weights, velocity)
+            velocity += float(((short + ROUNDING * (1.0 + fastest)) / spare).max()) * separating
+            force = greatest_pressed(self._cones, self._loads, weights, velocity)
+        return force, None if force == inf else velocity[:-1]
 
     @cached_property
     def _separating(self) -> tuple[Array, Array] | None:

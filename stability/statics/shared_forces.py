@@ -303,10 +303,13 @@ class _BandedSquare:
             for i, j in PAIRS
         ]
         used = [np.nonzero(part) for part in parts]
-        self._at, number = np.unique(np.concatenate([at[which] for which in used]), return_inverse=True)
+        entry = np.concatenate([at[which] for which in used])
+        self._at = np.flatnonzero(np.bincount(entry))
+        number = np.empty(self._count * self._width, dtype=np.int64)
+        number[self._at] = np.arange(len(self._at))
         squares = np.concatenate([pair * cones + cone for pair, (cone, _) in enumerate(used)])
         factors = np.concatenate([part[which] for part, which in zip(parts, used, strict=True)])
-        self._sums = csr_matrix((factors, (number, squares)), shape=(len(self._at), len(PAIRS) * cones))
+        self._sums = csr_matrix((factors, (number[entry], squares)), shape=(len(self._at), len(PAIRS) * cones))
         self._bands = np.empty((min(BATCH, MOST_ENTRIES // (self._count * self._width)), self._count * self._width))
 
     @property
