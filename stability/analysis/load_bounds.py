@@ -6,7 +6,7 @@ another one the greatest; all of them are solved together (`shared_forces`). The
 virtual power proves the bound by plain arithmetic (`greatest_sum`): no forces whatever carry more, or less.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -34,6 +34,7 @@ from stability.statics.proof import (
     shortfalls_of,
     velocity_rows,
 )
+from stability.statics.round_borders import circumscribed, inscribed
 from stability.statics.shared_forces import SharedForces
 from stability.statics.wrench_matrix import WrenchMatrix, flattened, motion_of, wrench_matrix
 
@@ -93,8 +94,8 @@ def loads_on(
 
     `bodies` are bricks or fixed bodies of the problem, by default all. Contacts of upright faces side by side do not
     count, but their pushes and friction may carry weight. Forces that are found reach each bound within a share
-    `accuracy` of the greatest sum, unless rounding prevents it. Raises LookupError for other names, OtherLawError for
-    round contacts.
+    `accuracy` of the greatest sum, unless rounding and round borders prevent it. Raises LookupError for other names,
+    OtherLawError for ties of unknown tension.
     """
     admit_problem(problem)
     present = {*problem.bricks, *(contact.lower for contact in problem.contacts)}
@@ -118,8 +119,8 @@ def loads_between(
     """Return by lower and upper body the least and greatest normal force between them; None if they cannot stand.
 
     `pairs` are by default all that touch. Forces that are found reach each bound within a share `accuracy` of the
-    greatest sum, unless rounding prevents it. Raises LookupError for a pair that does not touch, OtherLawError for
-    round contacts.
+    greatest sum, unless rounding and round borders prevent it. Raises LookupError for a pair that does not touch,
+    OtherLawError for ties of unknown tension.
     """
     admit_problem(problem)
     between: dict[tuple[BodyId, BodyId], list[int]] = {}
@@ -134,6 +135,8 @@ def loads_between(
 
 def area_of(contact: Contact) -> float:
     """Return the area of a contact [m2]; 0 for a line or a point, and for the points of a joint."""
+    if contact.patch is not None:
+        return contact.patch.area if contact.law.is_cone else 0.0
     corners = contact.points_W
     if len(corners) < CORNERS_OF_A_FACE or not contact.law.is_cone:
         return 0.0
@@ -149,16 +152,33 @@ Key = TypeVar("Key", BodyId, tuple[BodyId, BodyId])
 def _of_groups(
     problem: Problem, groups: Mapping[Key, Sequence[int]], tolerances: Tolerances, accuracy: float
 ) -> dict[Key, Carried] | None:
-    if problem.is_round:
-        raise OtherLawError("loads of bricks with round contacts are not supported")
     if problem.ties:
         raise OtherLawError("loads of bricks with ties of unknown tension are not supported")
-    bounds = SumBounds(problem, tolerances)
-    found = bounds.of([bounds.weights_of(contacts) for contacts in groups.values()], accuracy)
+    found = _sums(inscribed(problem) if problem.is_round else problem, groups.values(), tolerances, accuracy)
+    if found is not None and problem.is_round:
+        # Forces within the true contacts reach the sums; polygons around the contacts prove the bounds.
+        around = _sums(circumscribed(problem), groups.values(), tolerances, accuracy)
+        if around is None:
+            return None
+        found = [
+            (_with_forces_of(least, lower), _with_forces_of(greatest, upper))
+            for (least, greatest), (lower, upper) in zip(around, found, strict=True)
+        ]
     if found is None:
         return None
     areas = (sum(area_of(problem.contacts[number]) for number in contacts) for contacts in groups.values())
     return {key: Carried(*both, area) for key, both, area in zip(groups, found, areas, strict=True)}
+
+
+def _sums(
+    problem: Problem, groups: Iterable[Sequence[int]], tolerances: Tolerances, accuracy: float
+) -> list[tuple[Bound, Bound]] | None:
+    bounds = SumBounds(problem, tolerances)
+    return bounds.of([bounds.weights_of(contacts) for contacts in groups], accuracy)
+
+
+def _with_forces_of(bound: Bound, other: Bound) -> Bound:
+    return replace(bound, reached=other.reached, forces_W=other.forces_W)
 
 
 class SumBounds:
@@ -295,7 +315,7 @@ class SumBounds:
 def _closer(one: Bound, other: Bound) -> Bound:
     """Return the closer bound of both, with the closer forces."""
     bound, forces = min(one, other, key=lambda each: each.force), max(one, other, key=_reached)
-    return replace(bound, reached=forces.reached, forces_W=forces.forces_W)
+    return _with_forces_of(bound, forces)
 
 
 def _reached(bound: Bound) -> float:

@@ -83,6 +83,18 @@ class RoundPatch:
         """The arcs of each disc on the border of the patch, as angles; the second may exceed 2 pi."""
         return tuple(_arcs(self, number) for number in range(len(self.discs)))
 
+    @property
+    def area(self) -> float:
+        """The area of the patch [m2]: of its inner polygon, and of the segments between its sides and the arcs."""
+        inner = self.inner
+        polygon = 0.5 * sum(ax * by - bx * ay for (ax, ay), (bx, by) in pairwise((*inner, *inner[:1])))
+        segments = (
+            0.5 * disc.radius**2 * ((end - start) - sin(end - start))
+            for disc, spans in zip(self.discs, self.spans, strict=True)
+            for start, end in spans
+        )
+        return polygon + sum(segments)
+
     def placed(self, points: tuple[Point2, ...]) -> tuple[Vec3, ...]:
         """Return points of the plane in W [m]."""
         u, w = self.axes_W

@@ -27,7 +27,7 @@ PEAKS = 3  # corners that one motion adds to an arc
 MOST_ROUNDS = 24
 
 
-SIDES = 128  # of the polygons inside round borders that margins use: their apothem is 0.03 % less than the radius
+SIDES = 128  # of the polygons that margins use: those inside round borders have an apothem that is 0.03 % less
 FEWER_SIDES = 48  # the same, of problems with many round borders: 0.2 %
 MANY_BORDERS = 32
 
@@ -37,17 +37,39 @@ def inscribed(problem: Problem) -> Problem:
 
     Forces that balance it lie inside the true contacts, too, so what it bears is a lower bound.
     """
-    many = sum(contact.patch is not None for contact in problem.contacts) > MANY_BORDERS
-    sides = FEWER_SIDES if many else SIDES
+    sides = _sides(problem)
     return replace(problem, contacts=[inscribed_contact(each, sides) for each in problem.contacts])
+
+
+def circumscribed(problem: Problem) -> Problem:
+    """Return the problem with contacts within regular polygons around their round borders.
+
+    Forces inside the true contacts lie inside these, too, so what it bears is an upper bound.
+    """
+    sides = _sides(problem)
+    return replace(problem, contacts=[_circumscribed(each, sides) for each in problem.contacts])
 
 
 def inscribed_contact(contact: Contact, sides: int = SIDES) -> Contact:
     """Return a contact within regular polygons inside its round borders; the same one if it has none."""
+    return contact if contact.patch is None else replace(_with_sides(contact, contact.patch, sides), patch=None)
+
+
+def _circumscribed(contact: Contact, sides: int) -> Contact:
     if contact.patch is None:
         return contact
+    fine = _with_sides(contact, contact.patch, sides)
+    return replace(fine, points_W=fine.around_W, gaps=(), patch=None)
+
+
+def _sides(problem: Problem) -> int:
+    many = sum(contact.patch is not None for contact in problem.contacts) > MANY_BORDERS
+    return FEWER_SIDES if many else SIDES
+
+
+def _with_sides(contact: Contact, patch: RoundPatch, sides: int) -> Contact:
     angles = tuple(TURN * side / sides for side in range(sides))
-    return replace(contact.refined(contact.patch.refined((angles,) * len(contact.patch.discs))), patch=None)
+    return contact.refined(patch.refined((angles,) * len(patch.discs)))
 
 
 def refined(problem: Problem, tolerances: Tolerances) -> list[tuple[Contact, Contact]]:

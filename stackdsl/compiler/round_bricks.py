@@ -12,6 +12,7 @@ from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.schema import Scenario
 from stackdsl.language.yaml.source import Source
+from stackdsl.trace import is_load
 
 # The margins of round bricks: of balance alone, which forces within polygons inside round contacts prove.
 ROUND_MARGINS: Final = frozenset({"acceleration", "tilt", "friction", "load_factor"})
@@ -35,7 +36,8 @@ def unsupported_round_bricks(built: ResolvedScenario, scenario: Scenario, source
         yield Diagnostic("SD212", source.span_of(first.written.path), message, "remove the joints, or use prisms")
     for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
-            if margins := sorted({*claim.content.needed_margins} - DISC_MARGINS):
+            needed = {*claim.content.needed_margins} - DISC_MARGINS
+            if margins := sorted(margin for margin in needed if not is_load(margin)):
                 message = f"the margin `{margins[0]}` is not computed for round bricks"
                 span = source.key_span_of((key, number, claim.kind))
                 hint = "claim `verdict`, and vary a length, a load or the friction with `find`"

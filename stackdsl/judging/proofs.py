@@ -46,7 +46,7 @@ from stackdsl.timeline import (
     Timeline,
     leaves_to_engine,
 )
-from stackdsl.trace import ALL_LOADS, USED_STRENGTH, CarriedRange, Trace, VerdictMargins, load_on
+from stackdsl.trace import ALL_LOADS, USED_STRENGTH, CarriedRange, Trace, VerdictMargins, is_load, load_on
 from stackdsl.wording import how_many
 
 # Timeline -> proofs: a verdict after each placement, without an engine.
@@ -274,11 +274,11 @@ def _of_rigid(
 ) -> VerdictMargins:
     problem, margins = _with_polygons(assembly), VerdictMargins()
     if problem.is_round:
-        requested = {*requested} & ROUND_MARGINS
+        requested = {margin for margin in requested if margin in ROUND_MARGINS or is_load(margin)}
     if "load_factor" in requested or ((problem.has_joints or problem.applied) and requested):
         on_stage("load factor")
         margins = _loaded(problem)
-    margins = replace(margins, carried=_carried(problem, requested, on_stage))
+    margins = replace(margins, carried=_carried(assembly.problem(), requested, on_stage))
     if {"acceleration", "tilt"}.intersection(requested) and not problem.is_brittle:
         on_stage("margin of acceleration and tilt")
         margins = _shaken(problem, assembly.gravity, margins)

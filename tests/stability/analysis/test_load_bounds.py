@@ -1,13 +1,14 @@
 """The least and greatest load of bricks and contacts against closed forms, with proofs that tolerate no fault."""
 
 from dataclasses import replace
-from math import inf, pi
+from math import cos, inf, pi, sin
 
 import numpy as np
 import pytest
 
 from stability.analysis.load_bounds import Bound, Carried, SumBounds, loads_between, loads_on
 from stability.geometry.box import Box
+from stability.geometry.round_solid import cylinder
 from stability.geometry.vectors import about, rotate
 from stability.joints import DRY, Bond, JointRule, Joints
 from stability.loads import Load, Loads
@@ -144,6 +145,36 @@ def test_glue_pulls_a_support_towards_the_plank_up_to_its_strength() -> None:
     problem = problem_of(support, box("plank", (0.4, 0.1, 0.02), weight, (0.03, 0.0, 0.11)), joints=joints)
     assert limits(between(problem, "s", "plank")) == pytest.approx((weight, weight), rel=CLOSE)
     assert on(problem, "s").area == pytest.approx(0.1 * 0.1)
+
+
+def test_a_board_presses_two_cans_at_their_nearest_and_farthest_points() -> None:
+    radius, apart, at, weight = 0.033, 0.2, 0.05, 30.0
+    cans = [
+        Placed(Brick(name, cylinder(radius, 0.115), 0.4), Pose((x, 0.0, 0.0575)))
+        for name, x in (("left", -apart), ("right", apart))
+    ]
+    problem = problem_of(*cans, box("board", (0.6, 0.1, 0.02), weight, (at, 0.0, 0.125)))
+    carried = between(problem, "left", "board")
+    least, greatest = weight * (apart - radius - at) / (2.0 * apart), weight * (apart + radius - at) / (2.0 * apart)
+    # Polygons around the discs have their corners at most 0.03 % outside.
+    slack = 3e-4 * radius / (2.0 * apart) * weight
+    assert carried.least.force == pytest.approx(least, abs=slack)
+    assert carried.greatest.force == pytest.approx(greatest, abs=slack)
+    assert carried.least.force <= least * (1.0 + CLOSE) <= (carried.least.reached or 0.0) + slack
+    assert carried.greatest.force >= greatest * (1.0 - CLOSE) >= (carried.greatest.reached or 0.0) - slack
+    assert carried.area == pytest.approx(pi * radius**2, rel=1e-12)
+    assert limits(on(problem, GROUND)) == pytest.approx((weight + 0.8 * G,) * 2, rel=CLOSE)
+
+
+def test_a_log_in_a_wedge_presses_both_sides_by_half_its_weight_over_the_cosine() -> None:
+    slope, weight = 0.6, 12.0
+    normals = [(sign * sin(slope), 0.0, cos(slope)) for sign in (1.0, -1.0)]
+    sides = [Plane(name, (0.0, 0.0, 0.0), normal, 0.0) for name, normal in zip("lr", normals, strict=True)]
+    assembly = Assembly(sides, 0.0, G)
+    turn = about((1.0, 0.0, 0.0), pi / 2.0)
+    assembly.add_all([Placed(Brick("log", cylinder(0.05, 0.4), weight / G), Pose((0.0, 0.0, 0.05 / cos(slope)), turn))])
+    pushed = 0.5 * weight / cos(slope)
+    assert limits(between(assembly.problem(), "l", "log")) == pytest.approx((pushed, pushed), rel=CLOSE)
 
 
 def test_bricks_that_cannot_stand_carry_nothing_that_is_known() -> None:
