@@ -68,7 +68,7 @@ test-slow: $(READY_DEV) ## the tests that take minutes
 	$(PYTEST) -m slow
 
 # The peers, and what the picture is drawn with.
-INSTALL_PEERS := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[benchmarks]' --editable plugins/stackdsl-sapien
+INSTALL_PEERS := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[benchmarks]' --editable plugins/stackdsl-sapien && $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps compas_lmgc90==0.1.11
 
 bench: $(READY_DEV) ## speed against error: every system at several time steps, 20 minutes; figures and picture in docs
 	$(INSTALL_PEERS)
@@ -123,6 +123,7 @@ figures: $(READY_DEV) ## measure what takes minutes, and write the figures of RE
 	$(BIN)/python -m benchmarks.sway --write
 	$(BIN)/python -m benchmarks.against_compas --write
 	$(BIN)/python -m benchmarks.compas_samples --write
+	$(BIN)/python -m benchmarks.against_lmgc90 --write
 	$(BIN)/python -m benchmarks.solids_in_engines --write
 	$(BIN)/python -m benchmarks.round_bodies --write
 

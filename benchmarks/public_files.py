@@ -15,7 +15,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import degrees, hypot, inf, radians, tan
+from math import degrees, hypot, inf, isfinite, radians, tan
 from pathlib import Path
 from time import process_time
 from typing import Any, Final
@@ -42,7 +42,8 @@ WORDS: Final = {Stability.STABLE: "stands", Stability.UNSTABLE: "falls", Stabili
 VAULT: Final = "scripts/DEM_Analysis_References/Barrel_Vault/DEM_results.json"
 SEEN: Final = {"0.49": "slides", "0.5": "holds"}  # of the slopes, by friction
 UPPER, LOWER = [2, 3, 6, 7], [0, 1, 4, 5]  # corners of the faces of a stone that meet its neighbours
-FRICTION_STEP: Final = 1e-4
+FRICTION_STEP: Final = 5e-4
+EVERY: Final = 16  # interfaces of the barrel vault of which one is compared; each takes more than 0.1 s
 FLUSH: Final = 1e-4  # largest gap or overlap of blocks of a tower [m]
 PENETRATION: Final = 1e-3  # share of a force by which the published ones, of a motion, may miss balance
 
@@ -86,11 +87,8 @@ def files(compas_dem: Path, rigid_ipc: Path) -> Iterator[tuple[str, Judged]]:
     yield "barrel vault", model(compas_dem / VAULT, {**said, **ignored}, 0.5, "stands: forces")
     path = compas_dem / "data/dem_crossvault.json"
     yield "cross vault of 38", model(path, {**said, **stone}, tan(radians(70.0)), "no result")
-    path = compas_dem / "data/crossvault.json"
-    yield "cross vault of 184", model(path, {**said, **stone}, tan(radians(70.0)), "no result")
     meshes: Mapping[str, object] = {"format": "obj", "units": {"length": "m"}, "up": "+z", **stone}
-    for name in ("dome", "wall"):
-        yield name, model(compas_dem / f"data/{name}.obj", meshes, 0.7, "no result")
+    yield "wall", model(compas_dem / "data/wall.obj", meshes, 0.7, "no result")
     for count in (25, 101):
         yield f"arch of {count}", arch(rigid_ipc, count)
     yield "arch of 25, moved", arch(rigid_ipc, 25, "2")
@@ -177,28 +175,34 @@ def compared_forces(problem: Problem, path: Path) -> Row:
                 net[one] = net[one] + force
                 net[other] = net[other] - force
     started = process_time()
-    bounds = loads_between(problem)
+    touching = sorted({(contact.lower, contact.upper) for contact in problem.contacts})
+    bounds = loads_between(problem, touching[::EVERY])
     seconds = process_time() - started
     assert bounds is not None
-    inside = outside = loose = 0
+    below = above = reached = proven = 0
     for (lower, upper), carried in bounds.items():
-        force = published.pop(frozenset((lower, upper)), 0.0)
-        least, greatest = carried.least.force, carried.greatest.force
+        force = published[frozenset((lower, upper))]
+        least, greatest = carried.least.reached, carried.greatest.reached
         slack = PENETRATION * max(force, 1.0)
-        inside += least - slack <= force <= greatest + slack
-        outside += not least - slack <= force <= greatest + slack
-        loose += greatest > 2.0 * max(least, 1.0)
+        proven += isfinite(carried.least.force) and isfinite(carried.greatest.force)
+        below += least is not None and force < least - slack
+        reached += greatest is not None
+        above += greatest is not None and force > greatest + slack
     residual = max(
         abs(float(hypot(*(net[name.removeprefix("block-")] * sign + wrench.force_W)[:3])))
         for sign in (_sign(net, problem),)
         for name, wrench in problem.loads.items()
     )
     return {
-        "interfaces": len(bounds),
-        "inside": inside,
-        "outside": outside,
-        "more_than_twice": loose,
-        "not_touching": sum(force > 1.0 for force in published.values()),
+        "interfaces": len(touching),
+        "compared": len(bounds),
+        "proven": proven,
+        "below_least": below,
+        "greatest_reached": reached,
+        "above_greatest": above,
+        "not_touching": sum(
+            force > 1.0 and pair not in {*map(frozenset, touching)} for pair, force in published.items()
+        ),
         "largest_residual_n": residual,
         "steepest": steepest,
         "seconds": seconds,
@@ -246,12 +250,12 @@ def arch(folder: Path, count: int, settle: str = "") -> Judged:
         load, way = made.load, f"`closed within {settle} m`, by {max(made.moved):.2f} m"
     reading = process_time() - started
     found = judged(load, set(), friction, "stands", way, reading)
-    found.row["note"] = found.row["note"] or f"least friction {least_friction(load):.4f}"
+    found.row["note"] = found.row["note"] or f"least friction {least_friction(load):.3f}"
     return found
 
 
 def least_friction(load: ImportedLoad) -> float:
-    """Return the least coefficient at which blocks on the ground are proven to stand, to 1e-4."""
+    """Return the least coefficient at which blocks on the ground are proven to stand, to 5e-4."""
     low, high = 0.0, 0.5
     while high - low > FRICTION_STEP:
         middle = 0.5 * (low + high)

@@ -6,6 +6,7 @@ from typing import Protocol
 
 from benchmarks.systems.assessment import Assessment, Assessor, assessed, refusal, why_numerical
 from benchmarks.systems.compas import ASSESSORS
+from benchmarks.systems.lmgc90 import Lmgc90
 from stability.engines.protocol import Package
 from stackdsl.judging.judge import with_numerical_collapse
 from stackdsl.simulation.known_systems import KNOWN, system_named
@@ -111,7 +112,8 @@ class Judge:
 
 
 PLAYERS: Mapping[str, Entrant] = {name: Player(system) for name, system in KNOWN.items()}
-JUDGES: Mapping[str, Entrant] = {name: Judge(assessor) for name, assessor in ASSESSORS.items()}
+_ASSESSORS: tuple[Assessor, ...] = (*ASSESSORS.values(), Lmgc90())
+JUDGES: Mapping[str, Entrant] = {assessor.name: Judge(assessor) for assessor in _ASSESSORS}
 ENTRANTS: Mapping[str, Entrant] = {**PLAYERS, **JUDGES}  # by name
 
 

@@ -14,7 +14,7 @@ from stability.model import IDENTITY, ConvexShape, Face, Pose, Quaternion, Vec3
 
 # Share of the least thickness: parts this close touch, and may overlap by this much. Files have six decimals.
 SEAM: Final = 1e-4
-ROUNDED: Final = 2e-6  # share of the extent of the body: the same for parts that are slivers
+ROUNDED: Final = 1e-5  # share of the extent of the body: the same for parts that are slivers
 ALIGNED: Final = 1e-12  # share of the moments: smaller products of inertia are rounding
 
 

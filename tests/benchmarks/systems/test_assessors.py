@@ -12,6 +12,7 @@ from benchmarks.systems.assessment import MOVES, Assessment, Scene, assessed, co
 from benchmarks.systems.bench import Bench, bench, jobs_of
 from benchmarks.systems.compas import ASSESSORS, EDGES, FRICTIONS, Compas, Programme
 from benchmarks.systems.entrants import ENTRANTS, NO_STEPS, Entrant, Judge
+from benchmarks.systems.lmgc90 import Lmgc90
 from benchmarks.systems.points import points_of
 from benchmarks.systems.run_record import NOT_TAKEN, Record
 from benchmarks.systems.scoring import scores_of
@@ -281,3 +282,24 @@ def test_compas_weighs_each_brick_by_its_own_mass(assessor: Compas, mass: float,
     load = Placed(Brick("load", Box((0.02, 0.02, 0.01)), 1.0), Pose((0.03, 0.0, 0.035)))
     planes = timeline_of("- column: {levels: 1}").world.planes
     assert assessor.stands(Scene((plinth, beam, load), planes, 0.5)) is stands
+
+
+# --- LMGC90 itself ----------------------------------------------------------------------------------------------------
+
+NEEDS_LMGC90 = pytest.mark.skipif(not Lmgc90().package.installed, reason="compas_lmgc90 is not installed")
+
+
+@NEEDS_LMGC90
+def test_lmgc90_lets_a_stepped_column_fall_with_the_first_plank_beyond_l_by_d() -> None:
+    assert assessed(timeline_of(STEPPED), Lmgc90()).level == 3
+
+
+@NEEDS_LMGC90
+@pytest.mark.parametrize(("tilt", "stands"), [("25 deg", True), ("28 deg", False)])  # atan 0.5 = 26.57 deg
+def test_lmgc90_lets_a_plank_slide_beyond_the_angle_of_friction(tilt: str, stands: bool) -> None:
+    timeline = timeline_of("- column: {levels: 1}", f"friction: 0.5\nworld: {{tilt: {tilt}}}\n")
+    assert (assessed(timeline, Lmgc90()).level is None) is stands
+
+
+def test_a_missing_lmgc90_names_the_command_that_installs_it() -> None:
+    assert ENTRANTS["lmgc90"].package.remedy == "pip install --no-deps compas_lmgc90==0.1.11"
