@@ -142,3 +142,20 @@ def test_a_block_with_warped_faces_has_the_volume_that_its_triangles_enclose(see
         sum(np.linalg.det([points[a], points[b], points[c]]) for a, *rest in loops for b, c in pairwise(rest)) / 6.0
     )
     assert body_of_mesh(points, loops).shape.volume == pytest.approx(enclosed, rel=1e-4)
+
+
+@pytest.mark.parametrize("start", [0, 4, 5])
+def test_a_warped_face_that_is_dented_is_divided_from_the_corner_that_sees_all_of_it(start: int) -> None:
+    # The corner opposite to the bend sees all of an ell, too: the loops reach the bend first.
+    random = np.random.default_rng(start)
+    points = [(x, y, z + random.uniform(-0.05, 0.05)) for z in (0.0, 1.0) for x, y in ELL]
+    sides = [[k, (k + 1) % 6, (k + 1) % 6 + 6, k + 6] for k in range(6)]
+    seen = [
+        [6 + (3 + k) % 6 for k in range(6)],
+        [(3 - k) % 6 for k in range(6)],
+    ]  # from corner 3, where the ell is bent
+    enclosed = sum(
+        np.linalg.det([points[a], points[b], points[c]]) for a, *rest in seen + sides for b, c in pairwise(rest)
+    )
+    made = body_of_mesh(points, [*(face[start:] + face[:start] for face in seen), *sides])
+    assert made.shape.volume == pytest.approx(enclosed / 6.0, rel=1e-4)
