@@ -198,7 +198,7 @@ def shaken(
     2 % short of it. Slivers are left out if the structure stands without them (`without_slivers`). Without `gravity`
     the weight of a brick is the vertical part of its load. `accuracy` is requested of the solver.
     """
-    problem = inscribed(problem) if problem.is_round else problem
+    problem = inscribed(problem)
     sure = without_slivers(problem)
     case = _shaken(sure, gravity, tolerances, accuracy)
     return case if case is not None or sure is problem else _shaken(problem, gravity, tolerances, accuracy)

@@ -144,6 +144,16 @@ def outlines_overlap(a: SampledRectangle, b: SampledRectangle) -> Array:
     return least
 
 
+def disc_overlap(radius: float, centre: tuple[Array, Array], b: SampledRectangle) -> Array:
+    """Return the depth of the overlap of a disc and a rectangle [m]; negative if apart."""
+    dx, dy = centre[0] - b.x, centre[1] - b.y
+    along = np.abs(dx * b.cos + dy * b.sin) - b.half[0]
+    across = np.abs(dy * b.cos - dx * b.sin) - b.half[1]
+    outside = np.hypot(np.maximum(along, 0.0), np.maximum(across, 0.0))
+    depth: Array = radius - outside - np.minimum(np.maximum(along, across), 0.0)
+    return depth
+
+
 # Vertical forces passed down in many samples at once and checked by arithmetic: one proof per sample.
 #
 # Between flat bricks a vertical force may act at any point of both outlines. Each brick passes its load to the bricks

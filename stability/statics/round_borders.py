@@ -35,8 +35,11 @@ MANY_BORDERS = 32
 def inscribed(problem: Problem) -> Problem:
     """Return the problem with contacts within regular polygons inside their round borders.
 
-    Forces that balance it lie inside the true contacts, too, so what it bears is a lower bound.
+    Forces that balance it lie inside the true contacts, too, so what it bears is a lower bound. A problem without
+    round contacts is returned as it is.
     """
+    if not problem.is_round:
+        return problem
     sides = _sides(problem)
     return replace(problem, contacts=[inscribed_contact(each, sides) for each in problem.contacts])
 

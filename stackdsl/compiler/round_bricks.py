@@ -1,4 +1,4 @@
-"""Reports what round bricks do not support: cones on their side in other engines, joints, samples, some margins."""
+"""Reports what round bricks do not support: cones on their side in other engines, joints, some margins."""
 
 from collections.abc import Iterator
 from math import cos, pi
@@ -23,14 +23,11 @@ STANDING: Final = cos(pi / 4.0)  # least vertical component of the axis of a con
 
 
 def unsupported_round_bricks(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """Report systems, joints, samples and margins that round bricks do not support."""
+    """Report systems, joints and margins that round bricks do not support."""
     yield from _lying_cones(built, scenario, source)
     first = next((brick for brick in built.bricks if isinstance(brick.written.shape, RoundSolid)), None)
     if first is None:
         return
-    if scenario.samples is not None:
-        hint = "remove `samples` and all `uncertain` values"
-        yield Diagnostic("SD212", source.key_span_of(("samples",)), "samples are not drawn for round bricks", hint)
     if are_joined(built, scenario):
         message = f"joints are not judged in a scenario with round bricks, such as '{first.name}'"
         yield Diagnostic("SD212", source.span_of(first.written.path), message, "remove the joints, or use prisms")

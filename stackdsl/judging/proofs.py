@@ -272,7 +272,7 @@ def _of_rigid(
     on_stage: Callable[[str], None],
     supports: Sequence[SupportMotion],
 ) -> VerdictMargins:
-    problem, margins = _with_polygons(assembly), VerdictMargins()
+    problem, margins = inscribed(assembly.problem()), VerdictMargins()
     if problem.is_round:
         requested = {margin for margin in requested if margin in ROUND_MARGINS or is_load(margin)}
     if "load_factor" in requested or ((problem.has_joints or problem.applied) and requested):
@@ -330,12 +330,6 @@ def _has_margins(assembly: Assembly) -> bool:
     return bool(assembly.bricks) and assembly.verdict().stability is Stability.STABLE
 
 
-def _with_polygons(assembly: Assembly) -> Problem:
-    """Return the problem of an assembly, with polygons inside round borders that are close enough for margins."""
-    problem = assembly.problem()
-    return inscribed(problem) if problem.is_round else problem
-
-
 def _carried(problem: Problem, requested: Collection[str], on_stage: Callable[[str], None]) -> tuple[CarriedRange, ...]:
     """Return the requested loads on bodies, by name."""
     bodies = {contact.lower for contact in problem.contacts} | problem.bricks.keys()
@@ -360,7 +354,7 @@ def weakest_of(assembly: Assembly) -> Weakest | None:
     """
     if not _has_margins(assembly) or assembly.problem().has_joints:
         return None
-    return weakest(_with_polygons(assembly), assembly.gravity)
+    return weakest(inscribed(assembly.problem()), assembly.gravity)
 
 
 def _loaded(problem: Problem) -> VerdictMargins:

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from scipy.special import ndtri
 
-from stability.analysis.sampled_columns import FlatSamples, Mask, SampledRectangle, outlines_overlap
+from stability.analysis.sampled_columns import FlatSamples, Mask, SampledRectangle, disc_overlap, outlines_overlap
 from stability.geometry.box_distance import LIMIT_ITSELF, reach_between
 from stability.geometry.placed_shape import above_plane, bodies_apart, in_place, meeting
 from stability.geometry.rows import Array
@@ -128,9 +128,9 @@ class PlacementSampler:
         return lift
 
     def _lift_on(self, part: DesignedBrick, other: DesignedBrick) -> Array:
-        if part.flat is not None and other.flat is not None:
-            over = outlines_overlap(self._outline(part), self._outline(other)) > 0.0
-            return np.where(over, other.high + self.lift[other.number] - part.low, -np.inf)
+        depth = self._depth(part, other)
+        if depth is not None:
+            return np.where(depth > 0.0, other.high + self.lift[other.number] - part.low, -np.inf)
         lifts = np.full(self.count, -np.inf)
         for sample in range(self.count):
             under = in_place(other.placed.brick.shape, self.pose(other, sample))
@@ -189,8 +189,10 @@ class PlacementSampler:
         level: Mask = np.minimum(high - other_low, other_high - low) > forgiven
         if not level.any():
             return level
-        deep: Mask = level & (outlines_overlap(self._around(part), self._around(other)) > forgiven)
-        if part.flat is None or other.flat is None:
+        depth = self._depth(part, other)
+        around = outlines_overlap(self._around(part), self._around(other)) if depth is None else depth
+        deep: Mask = level & (around > forgiven)
+        if depth is None:
             for sample in np.nonzero(deep)[0]:
                 bodies = (in_place(each.placed.brick.shape, self.pose(each, int(sample))) for each in (part, other))
                 deep[sample] = bodies_apart(*bodies).gap < -forgiven
@@ -207,6 +209,22 @@ class PlacementSampler:
                 yield other
 
     # --- poses --------------------------------------------------------------------------------------------------------
+
+    def _depth(self, part: DesignedBrick, other: DesignedBrick) -> Array | None:
+        """Return the depth of the overlap of two outlines in plan [m]; None unless both bricks have upright sides."""
+        if part.flat is not None and other.flat is not None:
+            return outlines_overlap(self._outline(part), self._outline(other))
+        if part.disc is None or other.disc is None:
+            round_brick, block = (other, part) if part.disc is None else (part, other)
+            if round_brick.disc is None or block.flat is None:
+                return None
+            return disc_overlap(round_brick.disc, self._at(round_brick), self._outline(block))
+        (x, y), (other_x, other_y) = self._at(part), self._at(other)
+        depth: Array = part.disc + other.disc - np.hypot(x - other_x, y - other_y)
+        return depth
+
+    def _at(self, part: DesignedBrick) -> tuple[Array, Array]:
+        return self.x[part.number], self.y[part.number]
 
     def _outline(self, part: DesignedBrick) -> SampledRectangle:
         assert part.flat is not None

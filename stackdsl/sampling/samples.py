@@ -16,11 +16,12 @@ from stability.contact_law import GivenFriction
 from stability.contacts.bodies import BoxSolid, solid
 from stability.geometry.box import Box
 from stability.geometry.box_distance import gap_bridged, reach_between
-from stability.geometry.placed_shape import corners_W
+from stability.geometry.placed_shape import bounds_W, corners_W
+from stability.geometry.round_solid import RoundSolid
 from stability.geometry.rows import Array
 from stability.geometry.vectors import about, inverse, multiply, rotate
 from stability.joints import DRY, Joints
-from stability.model import GROUND, IDENTITY, BodyId, Plane, Pose, Quaternion
+from stability.model import GROUND, IDENTITY, BodyId, ConvexShape, Plane, Pose, Quaternion
 from stability.problem import Contact, Placed, Tolerances
 from stability.statics.assembly import Assembly
 from stability.statics.load_core import carries_upright
@@ -43,6 +44,7 @@ class DesignedBrick:
     number: int  # in order of placement
     placed: Placed
     flat: tuple[float, float, float, float] | None  # direction of its first side in plan, half lengths [m]; or tilted
+    disc: float | None  # radius of a cylinder that stands upright [m]
     low: float  # height of its lowest point [m]
     high: float  # height of its highest point [m]
     radius: float  # of a bounding circle in plan [m]
@@ -169,15 +171,28 @@ def _unit(
     return Unit(tuple(parts), on, not on or GROUND in lower, (x, y))
 
 
+UPRIGHT: Final = 1.0 - 1e-12  # least vertical component of an axis
+
+
 def _part(number: int, placed: Placed, structure: Structure, jitter: Jitter | None) -> DesignedBrick:
     own = solid(placed)
     flat = own.plan if isinstance(own, BoxSolid) and isinstance(placed.brick.shape, Box) else None
     name, (x, y, _) = placed.brick.id, placed.pose.position_W
-    corners = corners_W(placed.brick.shape, placed.pose)
+    shape = placed.brick.shape
+    disc, corners = _upright_radius(shape, placed.pose), corners_W(shape, placed.pose)
     radius = max(hypot(cx - x, cy - y) for cx, cy, _ in corners)
+    if isinstance(shape, RoundSolid):
+        radius = shape.bounding_radius
     carried = tuple(c for c in chain(*structure.touching[name].values()) if c.upper == name and carries_upright(c))
-    low, high = min(z for _, _, z in corners), max(z for _, _, z in corners)
-    return DesignedBrick(number, placed, flat, low, high, radius, placed.brick.shape.least_thickness, carried, jitter)
+    (_, _, low), (_, _, high) = bounds_W(shape, placed.pose)
+    return DesignedBrick(number, placed, flat, disc, low, high, radius, shape.least_thickness, carried, jitter)
+
+
+def _upright_radius(shape: ConvexShape, pose: Pose) -> float | None:
+    """Return the radius of a cylinder or pipe that stands upright [m]; None for other shapes and poses."""
+    if not isinstance(shape, RoundSolid) or shape.tapers or shape.rounding or any(shape.centre_of_mass[:2]):
+        return None
+    return shape.widest if abs(rotate(pose.orientation, (0.0, 0.0, 1.0))[2]) > UPRIGHT else None
 
 
 def _tilt(ground: Plane) -> Quaternion:

@@ -15,6 +15,7 @@ from stability.notebook import Printed
 from stability.problem import Motion, Problem, Stability
 from stability.statics.assembly import Assembly
 from stability.statics.fall_description import described
+from stability.statics.round_borders import inscribed
 from stackdsl.checking.cases import Case
 from stackdsl.diagnostics import did_you_mean, meant_choice
 from stackdsl.judging.numbers import ScenarioNumber, ScenarioNumbers
@@ -224,7 +225,7 @@ def _friction(timeline: Timeline, wants_more: bool) -> SearchVariable:
     def guess() -> float | None:
         if wants_more:
             return None
-        margin = least_friction(_judged(timeline).problem(), tolerance=1e-9)
+        margin = least_friction(inscribed(_judged(timeline).problem()), tolerance=1e-9)
         factor = 0.5 * (margin.factor + margin.too_little)
         return factor * number if isfinite(factor) else None
 
@@ -251,7 +252,7 @@ def _mass(timeline: Timeline, brick: str, wants_more: bool) -> SearchVariable:
         assembly = _judged(timeline)
         if wants_more or assembly.verdict().stability is not Stability.UNSTABLE or brick not in assembly.bricks:
             return None
-        weight = counterweight(assembly.problem(), brick)
+        weight = counterweight(inscribed(assembly.problem()), brick)
         more = None if weight is None else 0.5 * (weight.weight + weight.too_little) / timeline.world.gravity
         return None if more is None else (masses[brick] + more) / scale
 

@@ -22,6 +22,7 @@ from stability.model import BodyId, Pose, Vec3
 from stability.notebook import Printed
 from stability.problem import Contact, Placed, Problem, Stability, Wrench
 from stability.statics.assembly import Assembly
+from stability.statics.round_borders import inscribed
 from stability.statics.structure import Structure
 from stackdsl.checking.cases import Case
 from stackdsl.judging.proofs import NO_MARGIN, RIGID, TIED, Proofs, proofs_of
@@ -195,7 +196,7 @@ class _Margins:
 
     def __init__(self, assembly: Assembly, of: MarginKind) -> None:
         self._of, self._gravity = of, assembly.gravity
-        problem = assembly.problem()
+        problem = inscribed(assembly.problem())
         self._unit = (
             1.0 if of is MarginKind.ACCELERATION else max((c.law.friction for c in problem.contacts), default=0.0)
         )
@@ -244,7 +245,7 @@ class _LoadFactors:
     """The load factor of an assembly and of its slight changes. Its slopes are finite differences."""
 
     def __init__(self, assembly: Assembly) -> None:
-        found = load_factor(assembly.problem())
+        found = load_factor(inscribed(assembly.problem()))
         if found is None or not 0.0 < found.factor < inf:
             raise SearchError("the structure bears any multiple of its own weight, so there are no sensitivities")
         self.value, self.limits = found.factor, (found,)
@@ -316,11 +317,11 @@ class _Moved:
         problem = self._structure.problem(names, self._structure.contacts_of(names))
         self._structure.take(brick)
         self._structure.put(original)
-        return problem
+        return inscribed(problem)
 
 
 def _masses(assembly: Assembly) -> Iterator[_Number]:
-    problem = assembly.problem()
+    problem = inscribed(assembly.problem())
     for name, placed in assembly.bricks.items():
         yield _Number(f"mass of {name}", "g", 1000.0 * placed.brick.mass, _heavier(problem, name, assembly.gravity))
 
@@ -337,7 +338,7 @@ def _heavier(problem: Problem, name: BodyId, gravity: float) -> Callable[[float]
 
 
 def _joints(assembly: Assembly) -> Iterator[_Number]:
-    problem = assembly.problem()
+    problem = inscribed(assembly.problem())
     for number, contact in enumerate(problem.contacts):
         if contact.law.friction > 0.0:
             what = f"friction of {contact.upper} on {contact.lower}"
@@ -398,4 +399,4 @@ def _built(variable: SearchVariable, more: float) -> Problem | None:
     if timeline is None:
         return None
     proofs = proofs_of(timeline, names_smallest=False)
-    return proofs.assembly.problem() if proofs.assembly.bricks else None
+    return inscribed(proofs.assembly.problem()) if proofs.assembly.bricks else None

@@ -44,6 +44,24 @@ def test_the_margin_decreases_towards_the_end_of_a_beam() -> None:
     assert [each.what for each in found.effects if each.counts] == ["x of base", "x of top"]  # 1 % of 200 and 80 mm
 
 
+@pytest.mark.slow
+def test_two_cans_turn_about_the_rim_of_the_lower_one() -> None:
+    """Radius 30 mm, heights 100 mm: the common centre is 5 mm off the axis below, and 100 mm above the ground."""
+    text = """
+brick: {cylinder: {diameter: 60 mm, height: 100 mm}, mass: 1 kg}
+friction: 3
+build:
+  - bricks:
+      - {name: low, at: [0 mm, 0 mm, 50 mm]}
+      - {name: top, at: [10 mm, 0 mm, 150 mm]}
+"""
+    found = of(text)
+    assert found.margin == pytest.approx(0.25, rel=2e-3)
+    for what, slope in (("x of top", -0.005), ("x of low", 0.005)):
+        each = effect(found, what)
+        assert [each.less, each.more] == pytest.approx([slope, slope], rel=0.01)
+
+
 def test_flush_on_what_it_lies_it_survives_less_either_way() -> None:
     text = ON_END.replace("X", "0").replace("[200 mm, 100 mm, 20 mm]", "[60 mm, 200 mm, 20 mm]")
     each = effect(of(text.replace("mass: 1 kg", "mass: 100 kg")), "x of top")
