@@ -22,6 +22,7 @@ from stability.ties import Tie
 from stability.work_limit import add_work
 from stackdsl.shown_text import visible
 from stackdsl.trace import EventKind
+from stackdsl.viewing.bores import bore_rims
 from stackdsl.viewing.run_view import RunView, ShownProof
 from stackdsl.viewing.studs import pitches, studs_of
 from stackdsl.viewing.style import token
@@ -94,6 +95,7 @@ class Solid:
     is_curved: tuple[bool, ...]  # whether each face stands for a part of a curved surface
     parts: "tuple[Solid, ...]" = ()  # convex ones, of a compound
     studs: tuple[Array, ...] = ()  # (2, n, 3) rings of the foot and the top of each, in W [m]
+    bore: tuple[Array, ...] = ()  # (n, 3) rims of its bore at both ends, in W [m]
 
     @classmethod
     def of(cls, shape: ConvexShape, pose: Pose, pitch: float | None = None) -> "Solid":
@@ -111,7 +113,10 @@ class Solid:
         )
         curved = tuple(isinstance(shape, RoundSolid) and face not in shape.flat_faces for face in shape.faces)
         faces = tuple(face.corners for face in shape.faces)
-        return cls(corners, normals, _different(edges), faces, curved, parts, studs)
+        bore = tuple(
+            np.array([rotate(pose.orientation, point) for point in rim]) + pose.position_W for rim in bore_rims(shape)
+        )
+        return cls(corners, normals, _different(edges), faces, curved, parts, studs, bore)
 
     @property
     def convex_parts(self) -> "tuple[Solid, ...]":
@@ -222,6 +227,7 @@ def _different(directions: Array) -> Array:
 # A scene on paper: the ground with its grid and shadows, bricks in painter's order, and names on them.
 
 
+IN_SHADE = -1.0  # cosine to the light of the inside of a bore
 FROM_BELOW = -0.1  # cosine below which the studs on a face are hidden by their brick
 EDGE_ON = 1e-6  # cosine below which a plane counts as seen edge-on
 GRAZING = 0.05  # cosine below which a plane has no grid and no shadows, which would have no end on it
@@ -355,7 +361,16 @@ def faces_of(
             Face(name, turn, paper.place(outline), _lit(colour, float(normal @ view.light)))
             for outline, normal in _studs(solid, view, [part for _, part in parts])
         ]
+        faces += [Face(name, turn, paper.place(hole), _lit(colour, IN_SHADE)) for hole in _hole(solid, view)]
     return faces
+
+
+def _hole(solid: Solid, view: View) -> Iterator[Array]:
+    """Yield the outline in the view of the end of a bore that a viewer sees [m]."""
+    for near, far in (solid.bore, solid.bore[::-1]) if solid.bore else ():
+        out = near.mean(axis=0) - far.mean(axis=0)
+        if out @ view.towards > EDGE_ON * np.linalg.norm(out):
+            yield view.on_paper(near)
 
 
 def _studs(solid: Solid, view: View, others: Sequence[Solid]) -> Iterator[tuple[Array, Array]]:

@@ -10,8 +10,11 @@ import numpy as np
 import pygltflib
 from numpy.typing import NDArray
 
+from stability.geometry.round_solid import RoundSolid
+from stability.geometry.vectors import cross, subtract, unit
 from stability.model import ConvexShape
 from stackdsl.simulation.recording import Recording, Track
+from stackdsl.viewing.bores import surface_of_pipe
 
 Z_UP = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]  # rotates z to y
 WOOD = [0.72, 0.52, 0.28, 1.0]  # linear red, green, blue, and opacity
@@ -80,12 +83,18 @@ def glb(recording: Recording) -> bytes:
 
 def _mesh(shape: ConvexShape, buffer: _Buffer) -> pygltflib.Mesh:
     """Return the faces of a shape as triangle fans, each corner with the normal of its face."""
+    points, loops = shape.corners, [(face.normal, face.corners) for face in shape.faces]
+    if isinstance(shape, RoundSolid) and shape.bore:
+        points, faces = surface_of_pipe(shape)
+        loops = [
+            (unit(cross(subtract(points[b], points[a]), subtract(points[c], points[b]))), (a, b, c, d))
+            for a, b, c, d in faces
+        ]
     corners, normals = [], []
-    for face in shape.faces:
-        first, *others = face.corners
+    for normal, (first, *others) in loops:
         for second, third in pairwise(others):
-            corners += [shape.corners[place] for place in (first, second, third)]
-            normals += [face.normal] * 3
+            corners += [points[place] for place in (first, second, third)]
+            normals += [normal] * 3
     attributes = pygltflib.Attributes(
         POSITION=buffer.add(np.array(corners), pygltflib.VEC3, pygltflib.ARRAY_BUFFER),
         NORMAL=buffer.add(np.array(normals), pygltflib.VEC3, pygltflib.ARRAY_BUFFER),

@@ -24,6 +24,7 @@ from stackdsl.report.statics import weakest_json
 from stackdsl.simulation.recording import NUMBER, ORIENTATION, POSITION, TIME, Recording
 from stackdsl.timeline import Arrival, Placement
 from stackdsl.trace import EventKind, RunVerdict
+from stackdsl.viewing.bores import surface_of_pipe
 from stackdsl.viewing.drawing import VIEWS
 from stackdsl.viewing.pictures import heading_at, panels_at, picture
 from stackdsl.viewing.replay.verdict_band import verdict_json
@@ -159,7 +160,10 @@ def _plane(plane: Plane) -> Json:
 
 
 def _shape(shape: ConvexShape, pitch: float | None) -> Json:
-    """Return the corners and faces of a shape, with its studs if these have a pitch [m]."""
+    """Return the corners and faces of a shape, with its bore, and with its studs if these have a pitch [m]."""
+    if isinstance(shape, RoundSolid) and shape.bore:
+        points, loops = surface_of_pipe(shape)
+        return {"corners": [list(point) for point in points], "faces": loops, "curved": list(range(len(loops)))}
     corners, faces = [*shape.corners], [face.corners for face in shape.faces]
     for foot, top in studs_of(shape, pitch):
         begin, count = len(corners), len(foot)
