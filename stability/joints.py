@@ -38,6 +38,7 @@ ASIDE: Final = 0.045  # the same of the smallest angle at which a contact is one
 CORNERS_OF_A_FACE: Final = 3
 PAIR: Final = 2
 FEW: Final = 1000  # studs of a box: more take too much memory for arrays of all contacts
+ROUND_CELLS: Final = 64  # of a bond on a full circle
 STRONGEST: Final = 1e60  # [Pa, N]
 
 
@@ -93,8 +94,14 @@ class Bond(Joint):
         Uniform stresses in the cells are within the strength, so these forces are a bound from below. For a motion that
         opens the patch it is the exact one: an opening speed is linear, and its mean is that at the centre of a cell.
         """
-        cells = list(_cells(contact.points_W, contact.normals_W[0]))
+        corners, patch = contact.points_W, contact.patch
+        if patch is not None:
+            patch = patch.with_sides(ROUND_CELLS)
+            corners = patch.placed(patch.inner)
+        cells = list(_cells(corners, contact.normals_W[0]))
         areas = [area for _, area in cells]
+        if patch is not None and sum(areas) > 0.0:  # the cells share the area of the whole patch
+            areas = [area * patch.area / sum(areas) for area in areas]
         if areas and max(areas) - min(areas) <= EQUAL * max(areas):
             areas = [sum(areas) / len(areas)] * len(areas)
         by_law: dict[ContactLaw, list[Vec3]] = {}

@@ -95,6 +95,11 @@ class RoundPatch:
         )
         return polygon + sum(segments)
 
+    def with_sides(self, count: int) -> "RoundPatch":
+        """Return the patch with so many corners on a full circle, evenly spaced, and no others."""
+        angles = tuple(TURN * side / count for side in range(count))
+        return replace(self, angles=(angles,) * len(self.discs))
+
     def placed(self, points: tuple[Point2, ...]) -> tuple[Vec3, ...]:
         """Return points of the plane in W [m]."""
         u, w = self.axes_W

@@ -71,13 +71,21 @@ def _sides(problem: Problem) -> int:
 
 
 def _with_sides(contact: Contact, patch: RoundPatch, sides: int) -> Contact:
+    """Return a contact with evenly spaced corners on its arcs, beside those that it has; the same one if it has all."""
     angles = tuple(TURN * side / sides for side in range(sides))
-    return contact.refined(patch.refined((angles,) * len(patch.discs)))
+    closer = patch.refined((angles,) * len(patch.discs))
+    return contact if closer == patch else contact.refined(closer)
 
 
 def refined(problem: Problem, tolerances: Tolerances) -> list[tuple[Contact, Contact]]:
-    """Return the contacts that need new corners for the proof of a problem, each with its refinement."""
+    """Return the contacts that need new corners for the proof of a problem, each with its refinement.
+
+    With joints no motion tells where, so all round borders get evenly spaced ones.
+    """
     first = list(problem.contacts)
+    if problem.has_joints:
+        closer = ((old, _with_sides(old, old.patch, SIDES)) for old in first if old.patch is not None)
+        return [(old, new) for old, new in closer if new is not old]
     for _ in range(MOST_ROUNDS):
         motion = leading_motion(problem)
         if motion is None or power(problem.loads, motion) <= 0.0 or check_motion(problem, motion, tolerances).holds:

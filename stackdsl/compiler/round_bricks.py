@@ -1,4 +1,4 @@
-"""Reports what round bricks do not support: cones on their side in other engines, joints, some margins."""
+"""Reports what round bricks do not support: cones on their side in other engines, some joints and margins."""
 
 from collections.abc import Iterator
 from math import cos, pi
@@ -7,6 +7,7 @@ from typing import Final
 from stability.geometry.round_solid import RoundSolid
 from stability.geometry.vectors import rotate
 from stability.model import ConvexShape, Pose
+from stackdsl.compiler.bricks import ResolvedBrick
 from stackdsl.compiler.joints import SYSTEM, are_joined
 from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.diagnostics import Diagnostic
@@ -29,8 +30,7 @@ def unsupported_round_bricks(built: ResolvedScenario, scenario: Scenario, source
     if first is None:
         return
     if are_joined(built, scenario):
-        message = f"joints are not judged in a scenario with round bricks, such as '{first.name}'"
-        yield Diagnostic("SD212", source.span_of(first.written.path), message, "remove the joints, or use prisms")
+        yield from _joints(first, scenario, source)
     for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
             needed = {*claim.content.needed_margins} - DISC_MARGINS
@@ -39,6 +39,19 @@ def unsupported_round_bricks(built: ResolvedScenario, scenario: Scenario, source
                 span = source.key_span_of((key, number, claim.kind))
                 hint = "claim `verdict`, and vary a length, a load or the friction with `find`"
                 yield Diagnostic("SD212", span, message, hint)
+
+
+def _joints(first: ResolvedBrick, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Report joints at corners, which round contacts have not, and claims about the motion of joined round bricks."""
+    for number, item in enumerate(scenario.joints):
+        if item.pull is not None:
+            message = f"`pull` acts at corners, which the contacts of round bricks such as '{first.name}' have not"
+            hint = "write a `bond`: a strength per area"
+            yield Diagnostic("SD212", source.span_of(("joints", number)), message, hint)
+    if not (scenario.expect and all(claim.content.needs_statics for claim in scenario.expect)):
+        message = f"joined bricks are not played beside round bricks, such as '{first.name}', only judged at rest"
+        hint = "expect only `verdict` and `margin`"
+        yield Diagnostic("SD212", source.span_of(first.written.path), message, hint)
 
 
 def _lying_cones(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:

@@ -156,3 +156,22 @@ def test_a_cone_on_its_side_is_left_to_exact(system: str, turned: int, allowed: 
     )
     _, mistakes = cases_of(parse(text, "cone.yaml"))
     assert ("SD212" in [mistake.code for mistake in mistakes]) is not allowed
+
+
+@pytest.mark.parametrize(
+    ("joint", "claim", "allowed"),
+    [
+        ("bond: {tension: 1 kPa, cohesion: 1 kPa}", "verdict: stable", True),
+        ("bond: {tension: 1 kPa, cohesion: 1 kPa}", "stands: all", False),
+        ("pull: 2 N", "verdict: stable", False),
+    ],
+)
+def test_joined_round_bricks_are_judged_at_rest_and_have_no_corners_to_pull(
+    joint: str, claim: str, allowed: bool
+) -> None:
+    text = (
+        "scenario: cans\nbrick: {cylinder: {diameter: 60 mm, height: 100 mm}, mass: 1 kg}\n"
+        f"joints: [{{{joint}}}]\nbuild: [{{column: {{levels: 2}}}}]\nexpect: [{{{claim}}}]\n"
+    )
+    _, mistakes = cases_of(parse(text, "cans.yaml"))
+    assert [mistake.code for mistake in mistakes] == ([] if allowed else ["SD212"])
