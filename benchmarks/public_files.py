@@ -87,8 +87,11 @@ def files(compas_dem: Path, rigid_ipc: Path) -> Iterator[tuple[str, Judged]]:
     yield "barrel vault", model(compas_dem / VAULT, {**said, **ignored}, 0.5, "stands: forces")
     path = compas_dem / "data/dem_crossvault.json"
     yield "cross vault of 38", model(path, {**said, **stone}, tan(radians(70.0)), "no result")
+    path = compas_dem / "data/crossvault.json"
+    yield "cross vault of 184", model(path, {**said, **stone}, tan(radians(70.0)), "no result")
     meshes: Mapping[str, object] = {"format": "obj", "units": {"length": "m"}, "up": "+z", **stone}
-    yield "wall", model(compas_dem / "data/wall.obj", meshes, 0.7, "no result")
+    for name in ("wall", "dome"):
+        yield name, model(compas_dem / f"data/{name}.obj", meshes, 0.7, "no result")
     for count in (25, 101):
         yield f"arch of {count}", arch(rigid_ipc, count)
     yield "arch of 25, moved", arch(rigid_ipc, 25, "2")
