@@ -309,7 +309,7 @@ class SumBounds:
     @cached_property
     def _smallest(self) -> float:
         """Return the smallest load of a brick [N], below which forces need not be told apart."""
-        return min((norm(load.force_W) for load in self.problem.loads.values()), default=0.0)
+        return max(FAINT * self._unit, min((norm(load.force_W) for load in self.problem.loads.values()), default=0.0))
 
 
 def _closer(one: Bound, other: Bound) -> Bound:

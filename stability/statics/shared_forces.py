@@ -39,7 +39,7 @@ ROUNDING: Final = 1e-14  # share that is added to the diagonal of a matrix that 
 NOISE: Final = 1e-11  # share of a sum below which forces cannot change it
 DECIDED: Final = 1e-4  # share of the permitted difference that a decided sum keeps
 CORRECTIONS: Final = 2
-STARTS: Final = 150  # bricks from which an order is tried
+VISITS: Final = 25_000  # of bricks, in all orders that are tried
 OF_A_BRICK: Final = 6  # columns
 SIGNS: Final = np.array([1.0, -1.0, -1.0]).reshape(3, 1, 1)
 PAIRS: Final = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # entries of a symmetric matrix of three rows
@@ -391,7 +391,7 @@ def _narrow_order(system: WrenchMatrix) -> Indices:
     near = [sorted(each, key=lambda brick: (len(beside[brick]), brick)) for each in beside]
     best, least = np.arange(count), count
     one, other = np.array(between, dtype=np.int64).reshape(-1, 2).T
-    for first in range(0, count, -(-count // STARTS)):
+    for first in range(0, count, max(1, count**2 // VISITS)):
         place = np.empty(count, dtype=np.int64)
         place[_visited(near, first)] = np.arange(count)
         widest = int(np.abs(place[one] - place[other]).max(initial=0))
