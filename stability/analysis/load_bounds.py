@@ -40,6 +40,7 @@ from stability.statics.wrench_matrix import WrenchMatrix, flattened, motion_of, 
 
 ACCURACY = 1e-8  # share of a force to which bounds are computed
 FAINT = 1e-6  # share of the greatest normal force below which one may be a rounding error
+MOST_AT_ONCE = 20_000_000  # entries of the sums that are solved together
 TWICE = 2.0  # a wider bound than this many times the accuracy is sought by a program of its own
 ROUNDING = 1e-12  # share of the fastest speed by which contacts open beyond what a proof requires
 CORNERS_OF_A_FACE = 3
@@ -213,28 +214,32 @@ class SumBounds:
         """
         none = Bound(0.0, 0.0, velocity=np.zeros((0, 6)))
         some = [each for each in weights if each.any()]
-        upper = self._greatest(some, accuracy, [self._smallest] * len(some))
-        scales = [max(self._smallest, _reached(bound)) for bound in upper]
-        lower = self._greatest([-each for each in some], accuracy, scales)
-        if any(one.forces_W is None and other.forces_W is None for one, other in zip(lower, upper, strict=True)):
+        bounds = iter(self._greatest([sign * each for each in some for sign in (-1.0, 1.0)], accuracy))
+        pairs = list(zip(bounds, bounds, strict=True))
+        if any(lower.forces_W is None and upper.forces_W is None for lower, upper in pairs):
             return None
-        found = iter([(_mirrored(one), other) for one, other in zip(lower, upper, strict=True)])
+        found = iter([(_mirrored(lower), upper) for lower, upper in pairs])
         return [next(found) if each.any() else (none, none) for each in weights]
 
-    def _greatest(self, weights: Sequence[Array], accuracy: float, scales: Sequence[float]) -> list[Bound]:
+    def _greatest(self, weights: Sequence[Array], accuracy: float) -> list[Bound]:
         """Return the greatest weighted sums, with forces that nearly reach them and motions that prove them."""
-        found = [UNKNOWN] * len(weights)
-        if weights and self._shared is not None:
-            sums = np.stack([self._rows_of(each) for each in weights], axis=1)
-            points = self._shared.greatest(sums, accuracy, np.array(scales) / self._unit)
-            found = [self._bound(*each) for each in zip(weights, points.rows.T, points.columns.T, strict=True)]
-        wide = [
-            not bound.width <= TWICE * accuracy * max(scale, _reached(bound))
-            for bound, scale in zip(found, scales, strict=True)
-        ]
+        found: list[Bound] = []
+        size = max(1, MOST_AT_ONCE // max(1, len(self._system.rows)))
+        for first in range(0, len(weights), size):
+            found += self._together(weights[first : first + size], accuracy)
+        return found
+
+    def _together(self, weights: Sequence[Array], accuracy: float) -> list[Bound]:
+        """Return some greatest sums, each by a program of its own where that of all is not close enough."""
+        if self._shared is None:
+            return [self._alone(each) for each in weights]
+        sums = np.stack([self._rows_of(each) for each in weights], axis=1)
+        points = self._shared.greatest(sums, accuracy, self._smallest / self._unit)
+        found = [self._bound(*each) for each in zip(weights, points.rows.T, points.columns.T, strict=True)]
+        scales = np.maximum(self._smallest, self._unit * np.abs(sums.T @ self._shared.central_rows))
         return [
-            _closer(bound, self._alone(each)) if is_wide else bound
-            for bound, each, is_wide in zip(found, weights, wide, strict=True)
+            bound if bound.width <= TWICE * accuracy * scale else _closer(bound, self._alone(each))
+            for bound, each, scale in zip(found, weights, scales.tolist(), strict=True)
         ]
 
     def _alone(self, weights: Array) -> Bound:

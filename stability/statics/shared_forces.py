@@ -39,6 +39,7 @@ ROUNDING: Final = 1e-14  # share that is added to the diagonal of a matrix that 
 NOISE: Final = 1e-11  # share of a sum below which forces cannot change it
 DECIDED: Final = 1e-4  # share of the permitted difference that a decided sum keeps
 CORRECTIONS: Final = 2
+ALIKE: Final = 1e-9  # greatest difference of unit vectors that count as the same
 VISITS: Final = 25_000  # of bricks, in all orders that are tried
 OF_A_BRICK: Final = 6  # columns
 SIGNS: Final = np.array([1.0, -1.0, -1.0]).reshape(3, 1, 1)
@@ -76,27 +77,50 @@ class SharedForces:
         centre = None if isinstance(rough, str) else balance.centre(balance.vectors(rough[:, None]))
         return None if centre is None else cls(balance, centre)
 
-    def greatest(self, sums: Array, accuracy: float, least: Array) -> Greatest:
+    @property
+    def central_rows(self) -> Array:
+        """Return (rows,) the forces at the centre."""
+        return self._balance.by_row(self._centre.forces, self._centre.motion).rows[:, 0]
+
+    def greatest(self, sums: Array, accuracy: float, least: float) -> Greatest:
         """Return forces and motions between whose values of `sums` (rows, programs) the greatest ones lie.
 
-        These values differ at most by `accuracy`, as a share of the value or of `least` (programs,) if that is greater,
-        unless rounding prevents it. Raises TooMuchWorkError.
+        These values differ at most by `accuracy`, as a share of the value at the centre, or of `least` if that is
+        greater, unless rounding prevents it. Raises TooMuchWorkError.
         """
-        size = self._balance.square.programs
-        some = [slice(first, first + size) for first in range(0, len(least), size)]
-        parts = [self._optimized(self._balance.vectors(sums[:, each]), accuracy, least[each]) for each in some]
-        forces, motions = (np.concatenate([part[i] for part in parts], axis=-1) for i in range(2))
-        return self._balance.by_row(forces, motions)
+        balance, scaling = self._balance, self._centre.scaling
+        vectors = balance.vectors(sums)
+        known = self._centre.factors.solve(balance.onto(scaling.squared(vectors)))
+        free = scaling.factor(vectors - balance.slips(known))
+        free *= _farthest(free) > NOISE * _farthest(scaling.factor(vectors))
+        permitted = accuracy * np.maximum(np.abs(_total(vectors * self._centre.forces)), least)
+        of, times = _multiples(free.reshape(-1, len(permitted)))
+        np.minimum.at(permitted, of, permitted / times)
+        solved = np.unique(of)
+        forces, motions = np.empty_like(vectors), np.empty_like(known)
+        for first in range(0, len(solved), balance.square.programs):
+            some = solved[first : first + balance.square.programs]
+            parts = vectors[..., some], known[:, some], free[..., some]
+            forces[..., some], motions[:, some] = self._optimized(*parts, permitted[some])
+        # Forces balance the same loads, so a multiple of what equilibrium leaves free is greatest where that is.
+        return balance.by_row(forces[..., of], known + times * (motions - known)[:, of])
 
-    def _optimized(self, sums: Vectors, accuracy: float, least: Array) -> tuple[Vectors, Array]:
-        """Return forces and motions of some programs."""
-        for _ in least:
+    def _optimized(self, sums: Vectors, known: Array, free: Vectors, permitted: Array) -> tuple[Vectors, Array]:
+        """Return forces and motions of some sums.
+
+        Motions `known` (columns, programs) give the part of each sum that equilibrium decides; `free` is the rest,
+        scaled by the centre. Sums that are decided end where they start, far within the `permitted` difference.
+        """
+        for _ in permitted:
             add_program(self._balance.matrix.nnz)
-        points = _Points(*self._start(sums, accuracy * least), sums, least)
+        # Near the central path, as near to its end as the centre allows.
+        share = np.maximum(_farthest(free) / AT_START, DECIDED * permitted / sums.shape[1])
+        forces = self._corrected(self._centre.forces + self._centre.scaling.factor(free) / share)
+        points = _Points(forces, share * self._centre.motion + known, sums, permitted)
         for _ in range(MOST_STEPS):
             slips = self._balance.slips(points.motions) - points.sums
-            gap, value = _total(points.forces * slips), _total(points.forces * points.sums)
-            wide = gap > accuracy * np.maximum(np.abs(value), points.least)
+            gap = _total(points.forces * slips)
+            wide = gap > points.permitted
             points.keep(wide)
             if not wide.any():
                 break
@@ -105,21 +129,8 @@ class SharedForces:
             moves = length > SHORTEST
             points.keep(moves)
             points.forces, points.motions = forces[..., moves], motions[:, moves]
-        points.keep(np.zeros(len(points.least), dtype=bool))
+        points.keep(np.zeros(len(points.permitted), dtype=bool))
         return self._corrected(points.last_forces), points.last_motions
-
-    def _start(self, sums: Vectors, permitted: Array) -> tuple[Vectors, Array]:
-        """Return forces and motions near the central path, as near to its end as the centre allows.
-
-        Sums that equilibrium alone decides end there, far within the difference that is `permitted` (programs,).
-        """
-        scaling = self._centre.scaling
-        near = self._centre.factors.solve(self._balance.onto(scaling.squared(sums)))
-        rest = scaling.factor(sums - self._balance.slips(near))
-        rest *= _farthest(rest) > NOISE * _farthest(scaling.factor(sums))
-        share = np.maximum(_farthest(rest) / AT_START, DECIDED * permitted / sums.shape[1])
-        forces = self._centre.forces + scaling.factor(rest) / share
-        return self._corrected(forces), share * self._centre.motion + near
 
     def _step(self, points: "_Points", slips: Vectors, gap: Array) -> tuple[Vectors, Array, Array]:
         """Return the next forces and motions, and the length of the shorter of both steps, up to 1."""
@@ -221,10 +232,10 @@ class _Centre:
 class _Points:
     """Forces and motions of programs that are not finished, and the last ones of those that are."""
 
-    def __init__(self, forces: Vectors, motions: Array, sums: Vectors, least: Array) -> None:
-        self.forces, self.motions, self.sums, self.least = forces, motions, sums, least
+    def __init__(self, forces: Vectors, motions: Array, sums: Vectors, permitted: Array) -> None:
+        self.forces, self.motions, self.sums, self.permitted = forces, motions, sums, permitted
         self.last_forces, self.last_motions = np.empty_like(forces), np.empty_like(motions)
-        self._numbers = np.arange(len(least))
+        self._numbers = np.arange(len(permitted))
 
     def keep(self, going: NDArray[np.bool_]) -> None:
         """Store the points of all other programs as their last ones."""
@@ -233,7 +244,7 @@ class _Points:
         ended = self._numbers[~going]
         self.last_forces[..., ended], self.last_motions[:, ended] = self.forces[..., ~going], self.motions[:, ~going]
         self.forces, self.motions = self.forces[..., going], self.motions[:, going]
-        self.sums, self.least = self.sums[..., going], self.least[going]
+        self.sums, self.permitted = self.sums[..., going], self.permitted[going]
         self._numbers = self._numbers[going]
 
 
@@ -417,6 +428,20 @@ def _visited(near: Sequence[Sequence[int]], first: int) -> list[int]:
                     visited.append(brick)
             last += 1
     return visited
+
+
+def _multiples(rows: Array) -> tuple[Indices, Array]:
+    """Return for each column the first one of which it is a positive multiple, and the factor; itself if it is zero."""
+    size = np.sqrt(np.einsum("ij,ij->j", rows, rows))
+    of, times = np.arange(len(size)), np.ones(len(size))
+    units = rows / np.where(size > 0.0, size, 1.0)
+    alike = units.T @ units > 1.0 - ALIKE
+    for number in np.flatnonzero(size > 0.0).tolist():
+        for first in np.flatnonzero(alike[number, :number]).tolist():
+            if of[first] == first and np.abs(units[:, number] - units[:, first]).max() < ALIKE:
+                of[number], times[number] = first, size[number] / size[first]
+                break
+    return of, times
 
 
 def _total(products: Vectors) -> Array:

@@ -245,7 +245,7 @@ def test_no_wrong_point_of_a_solver_is_taken_as_a_bound(error: float, monkeypatc
     random = np.random.default_rng(35)
     honest = SharedForces.greatest
 
-    def wrong(self: SharedForces, sums: np.ndarray, accuracy: float, least: np.ndarray) -> Greatest:
+    def wrong(self: SharedForces, sums: np.ndarray, accuracy: float, least: float) -> Greatest:
         points = honest(self, sums, accuracy, least)
         rows, columns = (
             each * (1.0 + error * random.uniform(-1.0, 1.0, each.shape)) for each in (points.rows, points.columns)
@@ -299,6 +299,23 @@ def test_a_load_is_bounded_at_once_if_equilibrium_alone_decides_it() -> None:
     assert found is not None
     for i in range(6):
         assert limits(found[f"b{i}"]) == pytest.approx((10.0 * (5 - i),) * 2, abs=50.0 * CLOSE)
+
+
+def test_what_two_supports_share_is_solved_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a plank on two supports, one bears the more, the less the other one does."""
+    solved = []
+    honest = SharedForces._optimized
+
+    def counted(self: SharedForces, sums: np.ndarray, *others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        solved.append(sums.shape[-1])
+        return honest(self, sums, *others)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(SharedForces, "_optimized", counted)
+    found = loads_on(on_two_supports(at=0.05, weight=30.0), ["left", "right"])
+    assert found is not None
+    assert sum(solved) == 2
+    assert limits(found["left"]) == pytest.approx((7.5, 15.0), rel=CLOSE)
+    assert limits(found["right"]) == pytest.approx((15.0, 22.5), rel=CLOSE)
 
 
 def test_forces_without_room_are_left_to_the_general_solver() -> None:
