@@ -40,7 +40,7 @@ from stability.statics.wrench_matrix import WrenchMatrix, flattened, motion_of, 
 
 ACCURACY = 1e-8  # share of a force to which bounds are computed
 FAINT = 1e-6  # share of the greatest normal force below which one may be a rounding error
-MOST_AT_ONCE = 20_000_000  # entries of the sums that are solved together
+MOST_AT_ONCE = 2_000_000  # entries of the sums that are solved together
 TWICE = 2.0  # a wider bound than this many times the accuracy is sought by a program of its own
 ROUNDING = 1e-12  # share of the fastest speed by which contacts open beyond what a proof requires
 CORNERS_OF_A_FACE = 3

@@ -96,14 +96,13 @@ class SharedForces:
         permitted = accuracy * np.maximum(np.abs(_total(vectors * self._centre.forces)), least)
         of, times = _multiples(free.reshape(-1, len(permitted)))
         np.minimum.at(permitted, of, permitted / times)
-        solved = np.unique(of)
         forces, motions = np.empty_like(vectors), np.empty_like(known)
-        for first in range(0, len(solved), balance.square.programs):
-            some = solved[first : first + balance.square.programs]
-            parts = vectors[..., some], known[:, some], free[..., some]
-            forces[..., some], motions[:, some] = self._optimized(*parts, permitted[some])
+        solved = np.unique(of)
+        parts = vectors[..., solved], known[:, solved], free[..., solved]
+        forces[..., solved], motions[:, solved] = self._optimized(*parts, permitted[solved])
         # Forces balance the same loads, so a multiple of what equilibrium leaves free is greatest where that is.
-        return balance.by_row(forces[..., of], known + times * (motions - known)[:, of])
+        forces = self._corrected(forces[..., of])
+        return balance.by_row(forces, known + times * (motions - known)[:, of])
 
     def _optimized(self, sums: Vectors, known: Array, free: Vectors, permitted: Array) -> tuple[Vectors, Array]:
         """Return forces and motions of some sums.
@@ -111,26 +110,32 @@ class SharedForces:
         Motions `known` (columns, programs) give the part of each sum that equilibrium decides; `free` is the rest,
         scaled by the centre. Sums that are decided end where they start, far within the `permitted` difference.
         """
-        for _ in permitted:
-            add_program(self._balance.matrix.nnz)
-        # Near the central path, as near to its end as the centre allows.
-        share = np.maximum(_farthest(free) / AT_START, DECIDED * permitted / sums.shape[1])
-        forces = self._corrected(self._centre.forces + self._centre.scaling.factor(free) / share)
-        points = _Points(forces, share * self._centre.motion + known, sums, permitted)
-        for _ in range(MOST_STEPS):
-            slips = self._balance.slips(points.motions) - points.sums
+        size = self._balance.square.programs
+        points, waiting = _Points(np.empty_like(sums), np.empty_like(known)), np.arange(len(permitted))
+        while len(waiting) or len(points.numbers):
+            if len(waiting) and len(points.numbers) <= size // 2:
+                some, waiting = np.split(waiting, [size - len(points.numbers)])
+                points.add(some, *self._started(known[:, some], free[..., some], permitted[some]))
+            slips = self._balance.slips(points.motions) - sums[..., points.numbers]
             gap = _total(points.forces * slips)
-            wide = gap > points.permitted
+            wide = (gap > permitted[points.numbers]) & (points.steps < MOST_STEPS)
             points.keep(wide)
             if not wide.any():
-                break
+                continue
             with np.errstate(divide="ignore", invalid="ignore"):  # on a border, within rounding
                 forces, motions, length = self._step(points, slips[..., wide], gap[wide])
             moves = length > SHORTEST
             points.keep(moves)
-            points.forces, points.motions = forces[..., moves], motions[:, moves]
-        points.keep(np.zeros(len(points.permitted), dtype=bool))
-        return self._corrected(points.last_forces), points.last_motions
+            points.move(forces[..., moves], motions[:, moves])
+        return points.last_forces, points.last_motions
+
+    def _started(self, known: Array, free: Vectors, permitted: Array) -> tuple[Vectors, Array]:
+        """Return forces and motions near the central path, as near to its end as the centre allows."""
+        for _ in permitted:
+            add_program(self._balance.matrix.nnz)
+        share = np.maximum(_farthest(free) / AT_START, DECIDED * permitted / free.shape[1])
+        forces = self._corrected(self._centre.forces + self._centre.scaling.factor(free) / share)
+        return forces, share * self._centre.motion + known
 
     def _step(self, points: "_Points", slips: Vectors, gap: Array) -> tuple[Vectors, Array, Array]:
         """Return the next forces and motions, and the length of the shorter of both steps, up to 1."""
@@ -232,20 +237,29 @@ class _Centre:
 class _Points:
     """Forces and motions of programs that are not finished, and the last ones of those that are."""
 
-    def __init__(self, forces: Vectors, motions: Array, sums: Vectors, permitted: Array) -> None:
-        self.forces, self.motions, self.sums, self.permitted = forces, motions, sums, permitted
-        self.last_forces, self.last_motions = np.empty_like(forces), np.empty_like(motions)
-        self._numbers = np.arange(len(permitted))
+    def __init__(self, last_forces: Vectors, last_motions: Array) -> None:
+        self.last_forces, self.last_motions = last_forces, last_motions
+        self.forces, self.motions = last_forces[..., :0], last_motions[:, :0]
+        self.numbers = self.steps = np.arange(0)
+
+    def add(self, numbers: Indices, forces: Vectors, motions: Array) -> None:
+        """Begin with the programs of these numbers."""
+        self.numbers, self.steps = np.append(self.numbers, numbers), np.append(self.steps, np.zeros_like(numbers))
+        self.forces = np.concatenate([self.forces, forces], axis=2)
+        self.motions = np.concatenate([self.motions, motions], axis=1)
 
     def keep(self, going: NDArray[np.bool_]) -> None:
         """Store the points of all other programs as their last ones."""
         if going.all():
             return
-        ended = self._numbers[~going]
+        ended = self.numbers[~going]
         self.last_forces[..., ended], self.last_motions[:, ended] = self.forces[..., ~going], self.motions[:, ~going]
         self.forces, self.motions = self.forces[..., going], self.motions[:, going]
-        self.sums, self.permitted = self.sums[..., going], self.permitted[going]
-        self._numbers = self._numbers[going]
+        self.numbers, self.steps = self.numbers[going], self.steps[going]
+
+    def move(self, forces: Vectors, motions: Array) -> None:
+        """Take the next points."""
+        self.forces, self.motions, self.steps = forces, motions, self.steps + 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)

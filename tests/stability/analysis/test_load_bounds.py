@@ -308,7 +308,7 @@ def test_what_two_supports_share_is_solved_once(monkeypatch: pytest.MonkeyPatch)
 
     def counted(self: SharedForces, sums: np.ndarray, *others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         solved.append(sums.shape[-1])
-        return honest(self, sums, *others)  # type: ignore[arg-type]
+        return honest(self, sums, *others)
 
     monkeypatch.setattr(SharedForces, "_optimized", counted)
     found = loads_on(on_two_supports(at=0.05, weight=30.0), ["left", "right"])
