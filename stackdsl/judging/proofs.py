@@ -475,7 +475,7 @@ def survival_of(
     """
     if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
         return None
-    problem = assembly.problem()
+    problem = inscribed(assembly.problem())  # the margins of round bricks, too, are those of polygons
     loaded = _loaded(problem) if problem.has_joints or problem.applied else VerdictMargins()
     if problem.is_brittle:
         return Survival((), None, load_factor=loaded.load_factor, yields=loaded.yields)

@@ -9,6 +9,7 @@ from stability.contact_law import Coulomb
 from stability.geometry.box import Box
 from stability.geometry.round_solid import cylinder
 from stability.geometry.vectors import about
+from stability.joints import Bond, JointRule, Joints
 from stability.loads import Load, Loads
 from stability.model import IDENTITY, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
 from stability.problem import Placed
@@ -62,6 +63,20 @@ def test_a_can_survives_the_same_acceleration_along_every_bearing() -> None:
     assert found is not None
     for each in found.along:
         assert short_of(each.survived, 2.0 * RADIUS / HEIGHT, SHORT)
+
+
+def test_a_can_glued_to_the_ground_survives_by_its_glue_on_the_whole_disc() -> None:
+    """As it tips over a point of its rim, the glue yields everywhere: its moment is the strength times pi r^3."""
+    tension = 2e3  # [Pa]
+    glued = Joints((JointRule(Bond(tension, 10.0 * tension), (frozenset({"can"}), frozenset({"ground"}))),))
+    assembly = Assembly(planes=[ground(0.9)], friction=0.5, joints=glued)
+    assembly.add_all([placed("can", CAN, (0.0, 0.0, 0.5 * HEIGHT))])
+    found = survival_of(assembly, 4, 1e-2)
+    assert found is not None
+    weight = assembly.gravity * 1.0
+    for each in found.along:
+        borne = (tension * pi * RADIUS**3 + weight * RADIUS) / (weight * 0.5 * HEIGHT)
+        assert short_of(each.survived, borne, 1e-2)
 
 
 @pytest.mark.parametrize("bearing", [0.1])
