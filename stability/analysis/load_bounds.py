@@ -296,6 +296,9 @@ class SumBounds:
             short = shortfalls_of(self._cones, weights, velocity)
             velocity += float(((short + ROUNDING * (1.0 + fastest)) / spare).max()) * separating
             force = greatest_pressed(self._cones, self._loads, weights, velocity)
+        if force == inf:  # rest proves at least that contacts only push
+            velocity = np.zeros_like(velocity)
+            force = greatest_pressed(self._cones, self._loads, weights, velocity)
         return force, None if force == inf else velocity[:-1]
 
     @cached_property

@@ -72,9 +72,10 @@ class CarriedClaim(Shorthand, ClaimKind):
         wanted, least, greatest, unit, scale = self._values(each, trace)
         where = f"on {each.lower}" + (f" by {each.upper}" if each.upper else "")
         low, high = (significant(scale * value) for value in (least, greatest))
-        if greatest - least <= SAME * greatest:
+        if greatest < inf and greatest - least <= SAME * greatest:
             low = high
-        measured = f"{low} {unit} {where}" if low == high else f"{low} {unit} to {high} {unit} {where}"
+        upwards = "or more, without limit," if greatest == inf else f"to {high} {unit}"  # as friction may wedge a brick
+        measured = f"{low} {unit} {where}" if low == high else f"{low} {unit} {upwards} {where}"
         for value in (least, greatest):
             yield within(wanted, _at_limit(value, wanted), unit, measured)
 

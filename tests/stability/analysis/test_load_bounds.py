@@ -145,6 +145,19 @@ def test_friction_of_a_neighbour_takes_part_of_a_load() -> None:
     assert limits(on(problem, "wall")) == (0.0, 0.0)  # it stands beside the box
 
 
+def test_a_box_wedged_between_walls_may_press_the_ground_by_nothing_or_by_anything() -> None:
+    """Friction of two walls that press against each other bears the box, or pushes it down, without limit."""
+    walls = [
+        Plane(name, (x, 0.0, 0.0), (side, 0.0, 0.0), 0.5) for name, x, side in (("l", -0.1, 1.0), ("r", 0.1, -1.0))
+    ]
+    assembly = Assembly((Plane(GROUND, (0.0, 0.0, 0.0), UPWARDS, 0.5), *walls), 0.5, G)
+    assembly.add_all([box("b", (0.2, 0.2, 0.2), 20.0, (0.0, 0.0, 0.1))])
+    carried = between(assembly.problem(), GROUND, "b")
+    assert carried.least.force == 0.0
+    assert carried.least.motion is not None
+    assert carried.greatest.force == inf
+
+
 def test_glue_pulls_a_support_towards_the_plank_up_to_its_strength() -> None:
     """A glued plank overhangs: glue over the far support holds it down, and the near one bears the more."""
     strength, weight = 500.0, 30.0  # [Pa] of tension, [N]

@@ -69,6 +69,21 @@ def test_a_range_must_lie_in_the_tolerance_as_a_whole() -> None:
     ]
 
 
+def test_walls_that_may_wedge_a_box_leave_its_load_without_limit() -> None:
+    wedged = """
+scenario: wedged
+world:
+  walls: [{bearing: 0 deg, distance: 100 mm, friction: 0.5}, {bearing: 180 deg, distance: 100 mm, friction: 0.5}]
+brick: {size: [200 mm, 200 mm, 200 mm], mass: 2 kg}
+build:
+  - bricks: [{name: box, on: ground}]
+"""
+    assert judged(wedged, "load: {support: ground, is: '>= 0 kg'}", "load: {support: ground, is: '<= 5 kg'}") == [
+        (True, "0 kg or more, without limit, on ground"),
+        (False, "0 kg or more, without limit, on ground"),
+    ]
+
+
 def test_a_structure_that_falls_has_no_proven_load() -> None:
     (outcome,) = judged(COLUMN.replace("levels: 6", "levels: 6, step: 150 mm"), "load: '<= 60 kg'")
     assert not outcome[0]
