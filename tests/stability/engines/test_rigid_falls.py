@@ -7,7 +7,7 @@ from math import cos, radians, sin
 import numpy as np
 import pytest
 
-from benchmarks.movers import Scene, scenes
+from benchmarks.movers import Scene, scenes_of_boxes
 from stability.contact_law import Friction, GivenFriction
 from stability.engines.rigid.world import RigidWorld
 from stability.geometry.box import Box
@@ -24,7 +24,7 @@ SLOW = ("tower", "askew", "chain")
 
 def known_scenes() -> Iterable[object]:
     """Yield the scenes with a closed form, or with integrated equations of motion."""
-    for scene in scenes():
+    for scene in scenes_of_boxes():
         if scene.kind in TOLERANCES:
             slow = any(word in scene.name for word in SLOW)
             yield pytest.param(scene, id=scene.name, marks=[pytest.mark.slow] if slow else [])
