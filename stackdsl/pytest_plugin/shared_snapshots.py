@@ -266,6 +266,14 @@ class GoldenExtension(JSONSnapshotExtension):
         return SnapshotCollections()
 
     @classmethod
+    def discovery_dirname(cls, *, test_location: PyTestLocation) -> str:
+        """Return one name for all tests, as no folder is searched.
+
+        Syrupy asks for it once for each extension and each test file: to read the project file each time took minutes.
+        """
+        return ""
+
+    @classmethod
     def get_snapshot_name(cls, *, test_location: PyTestLocation, index: SnapshotIndex = 0) -> str:
         """Return the test, from which syrupy requires a name to start, with its golden file."""
         file = os.path.relpath(cls.get_location(test_location=test_location, index=index))

@@ -7,9 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from syrupy.location import PyTestLocation
 
 from stackdsl.goldens.file_format import canonical_text, golden_name
 from stackdsl.goldens.golden import PendingStore
+from stackdsl.pytest_plugin.shared_snapshots import GoldenExtension
 from tests.stackdsl.goldens.towers import IDENTITY, taken, tower
 
 TEXT = canonical_text(taken(tower()))
@@ -353,3 +355,17 @@ def test_the_commands_of_a_project_without_yaml_name_pytest(
     towers('f"tower-{levels}"', "5 mm", "--snapshot-update").assert_outcomes(passed=2)
     pytester.run(*status).stdout.fnmatch_lines(["0 pending; pytest compares with the golden files"])
     pytester.run(*check).stdout.fnmatch_lines(["scenarios:1:1: SD001 *", "*= run pytest, *"])
+
+
+def test_no_project_file_is_read_for_each_test_at_the_end_of_a_session(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Syrupy asks each extension, one for each golden file, for a folder of each test file."""
+
+    def read(*_: object) -> None:
+        raise AssertionError("the project file was read")
+
+    monkeypatch.setattr("stackdsl.pytest_plugin.golden_directory.project_of", read)
+    location = PyTestLocation(request.node)
+    assert GoldenExtension.discovery_dirname(test_location=location) == ""
+    assert not list(GoldenExtension().discover_snapshots(test_location=location))
