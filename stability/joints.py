@@ -96,7 +96,7 @@ class Bond(Joint):
         """
         corners, patch = contact.points_W, contact.patch
         if patch is not None:
-            patch = patch.with_sides(ROUND_CELLS)
+            patch = replace(patch, angles=()).with_sides(ROUND_CELLS)
             corners = patch.placed(patch.inner)
         cells = list(_cells(corners, contact.normals_W[0]))
         areas = [area for _, area in cells]

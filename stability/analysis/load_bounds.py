@@ -155,7 +155,7 @@ def _of_groups(
 ) -> dict[Key, Carried] | None:
     if problem.ties:
         raise OtherLawError("loads of bricks with ties of unknown tension are not supported")
-    found = _sums(inscribed(problem) if problem.is_round else problem, groups.values(), tolerances, accuracy)
+    found = _sums(inscribed(problem), groups.values(), tolerances, accuracy)
     if found is not None and problem.is_round:
         # Forces within the true contacts reach the sums; polygons around the contacts prove the bounds.
         around = _sums(circumscribed(problem), groups.values(), tolerances, accuracy)

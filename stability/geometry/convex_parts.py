@@ -210,7 +210,10 @@ def _triangles(points: Array, loops: Sequence[Sequence[int]]) -> Array:
 
 
 def _from_best(points: Array, loop: Sequence[int]) -> Sequence[int]:
-    """Return a face from a corner that sees all of it, if it has one: warped triangles that overlap do not cancel."""
+    """Return a face, starting at a corner from which all of it is visible, if there is one.
+
+    From other corners triangles of a warped face may overlap without cancelling each other.
+    """
     corners = points[list(loop)] - points[loop[0]]
     normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
     for start in range(len(loop)):

@@ -96,9 +96,9 @@ class RoundPatch:
         return polygon + sum(segments)
 
     def with_sides(self, count: int) -> "RoundPatch":
-        """Return the patch with so many corners on a full circle, evenly spaced, and no others."""
+        """Return the patch with evenly spaced corners, `count` on a full circle, beside those that it has."""
         angles = tuple(TURN * side / count for side in range(count))
-        return replace(self, angles=(angles,) * len(self.discs))
+        return self.refined((angles,) * len(self.discs))
 
     def placed(self, points: tuple[Point2, ...]) -> tuple[Vec3, ...]:
         """Return points of the plane in W [m]."""

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from math import cos, hypot, pi, sin
-from typing import Final, final
+from typing import Final, TypeGuard, final
 
 from stability.geometry.convex_solid import NotASolidError
 from stability.geometry.vectors import norm, scale, subtract, unit
-from stability.model import IDENTITY, Face, Quaternion, Vec3
+from stability.model import IDENTITY, ConvexShape, Face, Quaternion, Vec3
 
 SIDES: Final = 48  # of the drawn rims
 RINGS: Final = 12  # of a drawn sphere, from pole to pole
@@ -134,6 +134,11 @@ class RoundSolid:
             nx, ny, nz = unit(direction)
             point = (point[0] + self.rounding * nx, point[1] + self.rounding * ny, point[2] + self.rounding * nz)
         return subtract(point, self.centre_of_mass)
+
+
+def is_straight(shape: ConvexShape) -> TypeGuard[RoundSolid]:
+    """Return whether a shape is a cylinder, pipe, sphere or capsule: round, but no cone."""
+    return isinstance(shape, RoundSolid) and not shape.tapers
 
 
 def cylinder(radius: float, height: float, centre_of_mass: Vec3 | None = None) -> RoundSolid:

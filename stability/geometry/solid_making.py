@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from math import atan2
@@ -76,16 +77,19 @@ def hull_faces(points: Sequence[Vec3]) -> tuple[list[Vec3], list[tuple[int, ...]
     thickness = float(np.ptp(scaled @ hull.equations[:, :3].T, axis=0).min())
     if thickness <= FLUSH:
         raise flat
-    for finer in FINER:
-        written = WRITTEN * thickness / finer
-        planes = [_plane(scaled, group, hull) for group in _groups(scaled, hull, written)]
-        loops = [_loop(scaled, on, normal, written) for normal, on in planes]
-        try:
-            return _in_order(points, loops, scaled, planes, written)
-        except NotASolidError:
-            if finer == FINER[-1]:
-                raise
-    raise AssertionError
+    for finer in FINER[:-1]:
+        with suppress(NotASolidError):
+            return _faces_within(WRITTEN * thickness / finer, points, scaled, hull)
+    return _faces_within(WRITTEN * thickness / FINER[-1], points, scaled, hull)
+
+
+def _faces_within(
+    written: float, points: Sequence[Vec3], scaled: Array, hull: ConvexHull
+) -> tuple[list[Vec3], list[tuple[int, ...]], list[int]]:
+    """Return what `hull_faces` returns, with faces merged whose corners lie within a share of the extent of a plane."""
+    planes = [_plane(scaled, group, hull) for group in _groups(scaled, hull, written)]
+    loops = [_loop(scaled, on, normal, written) for normal, on in planes]
+    return _in_order(points, loops, scaled, planes, written)
 
 
 class NotConvexError(NotASolidError):

@@ -27,7 +27,7 @@ PEAKS = 3  # corners that one motion adds to an arc
 MOST_ROUNDS = 24
 
 
-SIDES = 128  # of the polygons that margins use: those inside round borders have an apothem that is 0.03 % less
+SIDES = 128  # of the polygons that margins use; the apothem of an inner one is 0.03 % less than the radius
 FEWER_SIDES = 48  # the same, of problems with many round borders: 0.2 %
 MANY_BORDERS = 32
 
@@ -72,8 +72,7 @@ def _sides(problem: Problem) -> int:
 
 def _with_sides(contact: Contact, patch: RoundPatch, sides: int) -> Contact:
     """Return a contact with evenly spaced corners on its arcs, beside those that it has; the same one if it has all."""
-    angles = tuple(TURN * side / sides for side in range(sides))
-    closer = patch.refined((angles,) * len(patch.discs))
+    closer = patch.with_sides(sides)
     return contact if closer == patch else contact.refined(closer)
 
 

@@ -37,7 +37,7 @@ TOWARDS_CENTRE: Final = 0.7  # likewise of a step to the centre
 AT_START: Final = 0.9  # distance from the centre at which a program starts, in the local norm
 ROUNDING: Final = 1e-14  # share that is added to the diagonal of a matrix that may be singular within rounding
 NOISE: Final = 1e-11  # share of a sum below which forces cannot change it
-DECIDED: Final = 1e-4  # share of the permitted difference that a decided sum keeps
+DECIDED: Final = 1e-4  # share of the permitted difference within which a sum starts that equilibrium alone decides
 CORRECTIONS: Final = 2
 ALIKE: Final = 1e-9  # greatest difference of unit vectors that count as the same
 VISITS: Final = 25_000  # of bricks, in all orders that are tried
@@ -58,7 +58,7 @@ class Greatest:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SharedForces:
-    """All forces that contacts can bear and that balance the loads of a system, from their centre on."""
+    """All forces that contacts can bear and that balance the loads of a system, with their analytic centre."""
 
     _balance: "_Balance"
     _centre: "_Centre"
@@ -142,7 +142,7 @@ class SharedForces:
         balance, forces = self._balance, points.forces
         scaling = _Scaling.between(forces, slips)
         factors = balance.square.factorized(scaling)
-        # Towards forces and slips whose products are zero; then, from how far that leads, what centres them.
+        # First towards products of zero; how far that leads decides how much the step is centred.
         turn = balance.slips(factors.solve(-balance.loads))
         change = -forces - scaling.squared(turn)
         lengths = [np.minimum(1.0, _length(*each)) for each in ((forces, change), (slips, turn))]

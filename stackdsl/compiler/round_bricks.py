@@ -42,10 +42,10 @@ def unsupported_round_bricks(built: ResolvedScenario, scenario: Scenario, source
 
 
 def _joints(first: ResolvedBrick, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """Report joints at corners, which round contacts have not, and claims about the motion of joined round bricks."""
+    """Report joints at corners, as round contacts have none, and claims about the motion of joined round bricks."""
     for number, item in enumerate(scenario.joints):
         if item.pull is not None:
-            message = f"`pull` acts at corners, which the contacts of round bricks such as '{first.name}' have not"
+            message = f"`pull` acts at corners, but the contacts of round bricks such as '{first.name}' have none"
             hint = "write a `bond`: a strength per area"
             yield Diagnostic("SD212", source.span_of(("joints", number)), message, hint)
     if not (scenario.expect and all(claim.content.needs_statics for claim in scenario.expect)):

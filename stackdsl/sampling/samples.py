@@ -17,7 +17,7 @@ from stability.contacts.bodies import BoxSolid, solid
 from stability.geometry.box import Box
 from stability.geometry.box_distance import gap_bridged, reach_between
 from stability.geometry.placed_shape import bounds_W, corners_W
-from stability.geometry.round_solid import RoundSolid
+from stability.geometry.round_solid import RoundSolid, is_straight
 from stability.geometry.rows import Array
 from stability.geometry.vectors import about, inverse, multiply, rotate
 from stability.joints import DRY, Joints
@@ -190,7 +190,7 @@ def _part(number: int, placed: Placed, structure: Structure, jitter: Jitter | No
 
 def _upright_radius(shape: ConvexShape, pose: Pose) -> float | None:
     """Return the radius of a cylinder or pipe that stands upright [m]; None for other shapes and poses."""
-    if not isinstance(shape, RoundSolid) or shape.tapers or shape.rounding or any(shape.centre_of_mass[:2]):
+    if not is_straight(shape) or shape.rounding or any(shape.centre_of_mass[:2]):
         return None
     return shape.widest if abs(rotate(pose.orientation, (0.0, 0.0, 1.0))[2]) > UPRIGHT else None
 

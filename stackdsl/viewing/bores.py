@@ -20,7 +20,7 @@ def bore_rims(shape: ConvexShape) -> tuple[Ring, ...]:
 def surface_of_pipe(pipe: RoundSolid) -> tuple[tuple[Vec3, ...], tuple[tuple[int, int, int, int], ...]]:
     """Return corners and faces of both walls and both ends, counter-clockwise from outside of the material.
 
-    Ends have corners of their own, so that what draws walls with common normals draws ends flat.
+    The ends have their own corners, so that viewers which smooth the walls draw the ends flat.
     """
     half = 0.5 * pipe.height
     low, high = (_ring(pipe, pipe.widest, height) for height in (-half, half))

@@ -16,7 +16,7 @@ from stability.engines.protocol import FIRM, Guided
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.box import Box, box_of
 from stability.geometry.placed_shape import middle_pose
-from stability.geometry.round_solid import RoundSolid
+from stability.geometry.round_solid import RoundSolid, is_straight
 from stability.geometry.vectors import add, add_scaled, inverse, rotate, scale, subtract
 from stability.model import BodyId, BodyState, Brick, ContactPoint, ConvexShape, Plane, Pose, Quaternion, Vec3
 
@@ -24,11 +24,10 @@ from stability.model import BodyId, BodyState, Brick, ContactPoint, ConvexShape,
 
 
 def add_hulls(spec: mujoco.MjSpec, shapes: Iterable[ConvexShape]) -> dict[ConvexShape, str]:
-    """Add a mesh for each distinct shape that MuJoCo has not, such as a cone, and return the names of the meshes."""
+    """Add a mesh for each distinct shape that is no primitive of MuJoCo, and return the names of the meshes."""
     meshes: dict[ConvexShape, str] = {}
     for shape in shapes:
-        is_round = isinstance(shape, RoundSolid) and not shape.tapers
-        if shape not in meshes and not is_round and box_of(shape) is None:
+        if shape not in meshes and not is_straight(shape) and box_of(shape) is None:
             meshes[shape] = f"hull {len(meshes) + 1}"
             spec.add_mesh(name=meshes[shape], uservert=[part for corner in shape.corners for part in corner])
     return meshes
@@ -36,7 +35,7 @@ def add_hulls(spec: mujoco.MjSpec, shapes: Iterable[ConvexShape]) -> dict[Convex
 
 def geometry(shape: ConvexShape, place: Pose, hulls: Mapping[ConvexShape, str]) -> Mapping[str, object]:
     """Return the geom attributes of a shape with a pose in a body."""
-    if isinstance(shape, RoundSolid) and not shape.tapers:
+    if is_straight(shape):
         return _round_geometry(shape, place)
     boxed = box_of(shape)
     if boxed is None:

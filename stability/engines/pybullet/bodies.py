@@ -17,7 +17,7 @@ from stability.engines.pybullet.settings import PyBulletSettings
 from stability.engines.pybullet.stepping import Anchors, Stepper, body_parameters
 from stability.geometry.box import Box
 from stability.geometry.placed_shape import corners_W, principal_turn
-from stability.geometry.round_solid import RoundSolid
+from stability.geometry.round_solid import RoundSolid, is_straight
 from stability.geometry.solid_making import inset_corners
 from stability.geometry.vectors import add, add_scaled, body_axes, dot, inverse, rotate, scale, subtract
 from stability.model import AT_REST, IDENTITY, BodyId, BodyState, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
@@ -206,7 +206,7 @@ class BodyMaker:
 
     def _shape(self, shape: ConvexShape, radius: float, rounded: bool) -> int:
         """Return the number of a brick's collision shape; only boxes can have sharp edges."""
-        if isinstance(shape, RoundSolid) and not shape.tapers:
+        if is_straight(shape):
             return self.solids.round_solid(shape, self.bodies.scale)
         if not isinstance(shape, Box):
             return self.solids.rounded_hull(shape, radius, self.bodies.scale)

@@ -308,7 +308,7 @@ def _corners_of_patch(
 def _corners_of_area(contact: Contact, upper: ConvexShape) -> Sequence[Vec3] | None:
     """Return the corners of a contact with an area, within its round borders; None without an area.
 
-    A round body on its side has none either, but no contact point of an engine may support it: it can roll.
+    A round body on its side has none either, and contact points of an engine must not support it, as it can roll.
     """
     if contact.patch is not None:
         from stability.statics.round_borders import inscribed_contact  # noqa: PLC0415 -- boxes do without numpy
