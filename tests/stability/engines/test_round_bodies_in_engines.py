@@ -28,8 +28,10 @@ from stability.model import AT_REST, BodyState, Brick, Pose, Vec3
 from stackdsl.simulation.known_systems import missing
 
 # By engine: the largest relative error of ways of rolling and sliding bodies, the error of the slope on which a can
-# tips [deg], the relative error of the slope on which it slides, and the creep of piles [m]. The default settings of
-# PyBullet damp all motion, and let small bodies sink in.
+# tips [deg], the relative error of the slope on which it slides, and the creep of piles [m]. These are measured errors
+# of the engines, rounded up. PyBullet keeps at most four points of a rim, which are the corners of a polygon inside it,
+# so a can tips too early, and a log is driven by points beside its line. Its default settings also damp all motion, and
+# let small bodies sink in.
 TOLERANCES = {
     "stock": (0.08, 6.0, 0.03, 2e-3),
     "thesis": (0.03, 4.0, 0.35, 5e-4),
